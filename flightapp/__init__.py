@@ -1,0 +1,3 @@
+"""flightapp: cooperative UAV pursuit missions on companion computers."""
+
+__version__ = "0.1.0"

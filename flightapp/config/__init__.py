@@ -1,0 +1,1 @@
+"""The two files a person writes: the profile (hardware) and the mission."""

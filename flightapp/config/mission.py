@@ -1,0 +1,291 @@
+"""The mission: who flies where, what is protected, when the evader counts as captured."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+from shapely.geometry import LineString, Point, Polygon
+
+from flightapp.config.loading import Strict, load
+from flightapp.core.geodesy import GeodeticPoint
+from flightapp.core.types import Boundary
+
+Vertex = tuple[float, float]
+Scalar = float | int | bool | str
+
+
+class Datum(Strict):
+    """Origin of the mission frame."""
+
+    latitude_deg: float = Field(ge=-85, le=85)
+    longitude_deg: float = Field(ge=-180, le=180)
+    altitude_m: float = Field(ge=-500, le=9000)
+
+    def as_point(self) -> GeodeticPoint:
+        return GeodeticPoint(self.latitude_deg, self.longitude_deg, self.altitude_m)
+
+
+class FlightVolume(Strict):
+    """The fence: a polygon (north, east) and a band of heights above the datum."""
+
+    vertices_m: tuple[Vertex, ...] = Field(min_length=3)
+    height_min_m: float = Field(default=1.0, ge=0)
+    height_max_m: float = Field(gt=0, le=500)
+
+    @field_validator("vertices_m")
+    @classmethod
+    def _does_not_cross_itself(cls, vertices: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
+        polygon = Polygon(vertices)
+        if not polygon.is_valid or polygon.area <= 0.0:
+            raise ValueError("the fence crosses itself or has no area; list its corners once, in order around the volume")
+        return vertices
+
+    @model_validator(mode="after")
+    def _band_is_open(self) -> FlightVolume:
+        if self.height_max_m <= self.height_min_m:
+            raise ValueError(f"height_max_m = {self.height_max_m} must be greater than height_min_m = {self.height_min_m}")
+        return self
+
+
+class ProtectedBoundary(Strict):
+    """The edge of the protected area, which the evader must not cross."""
+
+    vertices_m: tuple[Vertex, ...] = Field(min_length=2)
+    closed: bool = False
+
+    @field_validator("vertices_m")
+    @classmethod
+    def _is_a_line(cls, vertices: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
+        if any(math.dist(a, b) == 0.0 for a, b in itertools.pairwise(vertices)):
+            raise ValueError("two neighbouring vertices are the same point; list each once")
+        if not LineString(vertices).is_simple:
+            raise ValueError("the boundary crosses itself; list its vertices in order")
+        return vertices
+
+    def as_boundary(self) -> Boundary:
+        return Boundary(np.array(self.vertices_m, dtype=np.float64), self.closed)
+
+
+class Capture(Strict):
+    """When the evader counts as captured."""
+
+    radius_m: float = Field(default=0.4, gt=0, le=20)
+    """A pursuer within this distance satisfies the capture condition."""
+    hold_radius_m: float = Field(default=0.4, gt=0, le=20)
+    """Radius of the encirclement at which the pursuers hold relative to the evader."""
+    hold_tolerance_m: float = Field(default=1.0, gt=0, le=10)
+    angular_gap_min_deg: float = Field(default=90.0, ge=0, le=180)
+    """Two pursuers must be seen from the evader at least this far apart; three or more must enclose it."""
+    dwell_s: float = Field(default=0.5, ge=0, le=60)
+    mode: Literal["first", "all"] = "all"
+
+    @model_validator(mode="after")
+    def _hold_is_a_capture(self) -> Capture:
+        if self.hold_radius_m > self.radius_m:
+            raise ValueError(
+                f"hold_radius_m = {self.hold_radius_m} must not exceed radius_m = {self.radius_m}: holding would undo the capture"
+            )
+        return self
+
+
+class Start(Strict):
+    """Where a vehicle stands before take-off, in the mission frame; on the ground."""
+
+    north_m: float
+    east_m: float
+    heading_deg: float = Field(default=0.0, ge=-180, le=360)
+    ground_height_m: float = 0.0
+    """Height of the ground there above the datum."""
+
+
+class Strategy(Strict):
+    """A planner or an evader policy by its registered name, with parameters from a file, from here, or both (here wins)."""
+
+    name: str = Field(min_length=1)
+    parameters_file: Path | None = None
+    parameters: dict[str, Scalar | list[float] | dict[str, Scalar]] = {}
+
+
+class Vehicle(Strict):
+    """One member of the fleet."""
+
+    name: str = Field(pattern=r"^[a-z][a-z0-9_-]{0,31}$")
+    role: Literal["pursuer", "evader"]
+    system_id: int = Field(ge=1, le=250)
+    start: Start
+    strategy: Strategy
+    height_m: float | None = Field(default=None, gt=0)
+    """Own flight height above the datum where it differs from the mission's."""
+    speed_max_m_s: float | None = Field(default=None, gt=0)
+    """Own speed limit in this mission, never above the profile's."""
+    camera: bool = True
+    """False: flies on the mission's surveyed obstacles instead of a depth camera."""
+
+
+class Cylinder(Strict):
+    """A vertical cylinder standing on the ground."""
+
+    north_m: float
+    east_m: float
+    radius_m: float = Field(gt=0)
+    height_m: float = Field(gt=0)
+
+
+class Box(Strict):
+    """A box standing on the ground; `length_m` along `heading_deg`, `width_m` across."""
+
+    north_m: float
+    east_m: float
+    length_m: float = Field(gt=0)
+    width_m: float = Field(gt=0)
+    height_m: float = Field(gt=0)
+    heading_deg: float = 0.0
+
+
+class Obstacles(Strict):
+    """Surveyed obstacles. Simulation builds its world of them; vehicles with a camera are not told."""
+
+    cylinders: tuple[Cylinder, ...] = ()
+    boxes: tuple[Box, ...] = ()
+
+
+class Simulation(Strict):
+    """What only `flightapp sim` reads."""
+
+    wind_north_m_s: float = Field(default=0.0, ge=-20, le=20)
+    wind_east_m_s: float = Field(default=0.0, ge=-20, le=20)
+    gust_m_s: float = Field(default=0.0, ge=0, le=15)
+    origin_offset_m: float = Field(default=50.0, ge=0, le=5000)
+    """How far the local origins of the mock autopilots lie apart."""
+    faults: dict[str, Path] = {}
+    """Fault script (TOML) of a vehicle's mock autopilot, by vehicle name."""
+
+
+class Mission(Strict):
+    """One mission of one fleet."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,63}$")
+    fleet: str = Field(default="fleet", pattern=r"^[a-z][a-z0-9_-]{0,31}$")
+    description: str = ""
+    height_m: float = Field(gt=0, le=500)
+    """Flight height above the datum."""
+    time_limit_s: float = Field(gt=0, le=3600)
+    """Length of the pursuit; after it the mission ends with the outcome `timeout`."""
+    start_timeout_s: float = Field(default=60.0, gt=0, le=600)
+    """How long a vehicle in the air waits for the others to be ready."""
+    evader_speed_assumed_m_s: float = Field(default=4.0, gt=0, le=50)
+    """Top speed of the evader where no estimate of it exists."""
+    datum: Datum
+    flight_volume: FlightVolume
+    boundary: ProtectedBoundary
+    capture: Capture = Capture()
+    vehicles: tuple[Vehicle, ...] = Field(min_length=1)
+    obstacles: Obstacles = Obstacles()
+    simulation: Simulation = Simulation()
+
+    @model_validator(mode="after")
+    def _is_flyable(self) -> Mission:
+        _check_unique(self)
+        _check_starts(self)
+        _check_heights(self)
+        return self
+
+    def vehicle(self, name: str) -> Vehicle:
+        """The vehicle called `name`; KeyError otherwise."""
+        for vehicle in self.vehicles:
+            if vehicle.name == name:
+                return vehicle
+        raise KeyError(name)
+
+    def height_of(self, vehicle: Vehicle) -> float:
+        """Flight height of `vehicle` above the datum, m."""
+        return self.height_m if vehicle.height_m is None else vehicle.height_m
+
+
+def load_mission(path: Path) -> Mission:
+    """The validated mission in `path`; InputError names file, field, value and what would be right."""
+    return load(Mission, path)
+
+
+def _check_unique(mission: Mission) -> None:
+    names: dict[str, int] = {}
+    ids: dict[int, int] = {}
+    for index, vehicle in enumerate(mission.vehicles):
+        if vehicle.name in names:
+            raise ValueError(
+                f"vehicles[{index}].name = '{vehicle.name}': vehicles[{names[vehicle.name]}] has it too; names must differ"
+            )
+        if vehicle.system_id in ids:
+            raise ValueError(
+                f"vehicles[{index}].system_id = {vehicle.system_id}: vehicles[{ids[vehicle.system_id]}] has it too; "
+                "system ids must differ"
+            )
+        names[vehicle.name] = index
+        ids[vehicle.system_id] = index
+    evaders = [index for index, vehicle in enumerate(mission.vehicles) if vehicle.role == "evader"]
+    if len(evaders) > 1:
+        raise ValueError(
+            f"vehicles[{evaders[1]}].role = 'evader': vehicles[{evaders[0]}] is the evader already; one is supported"
+        )
+    for name in mission.simulation.faults:
+        if name not in names:
+            raise ValueError(f"simulation.faults.{name}: no vehicle has this name; known: {', '.join(names)}")
+
+
+def _check_starts(mission: Mission) -> None:
+    volume = Polygon(mission.flight_volume.vertices_m)
+    protected = Polygon(mission.boundary.vertices_m) if mission.boundary.closed and len(mission.boundary.vertices_m) > 2 else None
+    for index, vehicle in enumerate(mission.vehicles):
+        where = (vehicle.start.north_m, vehicle.start.east_m)
+        if not volume.contains(Point(where)):
+            raise ValueError(
+                f"vehicles[{index}].start = {where} ({vehicle.role} '{vehicle.name}'): outside the flight volume; "
+                "it must lie inside flight_volume.vertices_m"
+            )
+        if vehicle.role == "evader" and protected is not None and protected.contains(Point(where)):
+            raise ValueError(
+                f"vehicles[{index}].start = {where}: the evader starts inside the protected boundary; it must start outside"
+            )
+        for other_index in range(index):
+            other = mission.vehicles[other_index].start
+            if math.dist(where, (other.north_m, other.east_m)) < 1.0:
+                raise ValueError(
+                    f"vehicles[{index}].start = {where}: closer than 1 m to vehicles[{other_index}]; starts must be apart"
+                )
+        for cylinder_index, cylinder in enumerate(mission.obstacles.cylinders):
+            if math.dist(where, (cylinder.north_m, cylinder.east_m)) < cylinder.radius_m + 0.5:
+                raise ValueError(
+                    f"vehicles[{index}].start = {where}: inside or closer than 0.5 m to obstacles.cylinders[{cylinder_index}]; "
+                    "move the start or the obstacle"
+                )
+        for box_index, box in enumerate(mission.obstacles.boxes):
+            if _distance_to_box_m(where, box) < 0.5:
+                raise ValueError(
+                    f"vehicles[{index}].start = {where}: inside or closer than 0.5 m to obstacles.boxes[{box_index}]; "
+                    "move the start or the obstacle"
+                )
+
+
+def _check_heights(mission: Mission) -> None:
+    volume = mission.flight_volume
+    for index, vehicle in enumerate(mission.vehicles):
+        height = mission.height_of(vehicle)
+        if not volume.height_min_m < height < volume.height_max_m:
+            field = "height_m" if vehicle.height_m is None else f"vehicles[{index}].height_m"
+            raise ValueError(
+                f"{field} = {height}: outside the flight volume's band; "
+                f"it must lie between height_min_m = {volume.height_min_m} and height_max_m = {volume.height_max_m}"
+            )
+
+
+def _distance_to_box_m(point: Vertex, box: Box) -> float:
+    heading = math.radians(box.heading_deg)
+    north, east = point[0] - box.north_m, point[1] - box.east_m
+    along = abs(north * math.cos(heading) + east * math.sin(heading)) - box.length_m / 2
+    across = abs(-north * math.sin(heading) + east * math.cos(heading)) - box.width_m / 2
+    return math.hypot(max(along, 0.0), max(across, 0.0))

@@ -1,0 +1,142 @@
+"""The profile: what one vehicle's hardware can do, how it is wired, and how much room it must keep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from flightapp.config.loading import Strict, load
+from flightapp.core.types import Limits
+from flightapp.safety.parameters import SafetyParameters
+from perception.parameters import PerceptionParameters
+
+
+class VehicleLimits(Strict):
+    """Vehicle limits as flown by the autopilot; the planner and the supervisor stay inside them."""
+
+    speed_max_m_s: float = Field(gt=0, le=30)
+    acceleration_max_m_s2: float = Field(gt=0, le=30)
+    jerk_max_m_s3: float = Field(gt=0, le=500)
+    yaw_rate_max_rad_s: float = Field(gt=0, le=10)
+    yaw_acceleration_max_rad_s2: float = Field(gt=0, le=100)
+    climb_rate_max_m_s: float = Field(gt=0, le=10)
+    body_radius_m: float = Field(gt=0, le=3)
+    safety_margin_m: float = Field(ge=0, le=10)
+
+    def as_limits(self) -> Limits:
+        return Limits(**self.model_dump())
+
+
+class Autopilot(Strict):
+    """Link to the autopilot."""
+
+    connection_url: str
+    """MAVSDK URL: udpin://0.0.0.0:14540, serial:///dev/ttyACM0:921600, tcpout://192.168.0.3:5760."""
+    connect_timeout_s: float = Field(default=20.0, gt=0, le=300)
+    telemetry_rate_hz: float = Field(default=50.0, ge=10, le=200)
+
+    @field_validator("connection_url")
+    @classmethod
+    def _url_names_a_scheme_and_host(cls, url: str) -> str:
+        scheme, separator, rest = url.partition("://")
+        if not separator or scheme not in ("udpin", "udpout", "tcpin", "tcpout", "serial"):
+            raise ValueError("use udpin://HOST:PORT, udpout://HOST:PORT, tcpout://HOST:PORT or serial:///dev/TTY:BAUD")
+        if scheme != "serial" and rest.startswith(":"):
+            raise ValueError("name the host, for example udpin://0.0.0.0:14540")
+        return url
+
+
+class Control(Strict):
+    """The control loop. It runs when a depth frame has been processed, and at `rate_min_hz` when none comes."""
+
+    rate_min_hz: float = Field(default=25.0, ge=20, le=50)
+    deadman_timeout_s: float = Field(default=0.35, ge=0.1, le=0.45)
+    """Silence of the control loop after which the deadman kills the vehicle process."""
+    altitude_gain_1_s: float = Field(default=1.0, gt=0, le=5)
+    """Climb rate per metre of altitude error: PX4's velocity mode does not hold altitude by itself."""
+    yaw_to_target_distance_m: float = Field(default=0.0, ge=0)
+    """Below this distance the vehicle looks at the target instead of along its course; 0 switches it off."""
+
+
+class Network(Strict):
+    """Zenoh endpoints, explicit: no multicast."""
+
+    listen_endpoints: tuple[str, ...] = ("udp/0.0.0.0:7447",)
+    connect_endpoints: tuple[str, ...] = ()
+    state_rate_hz: float = Field(default=20.0, ge=1, le=50)
+
+    @field_validator("listen_endpoints", "connect_endpoints")
+    @classmethod
+    def _endpoints_name_protocol_and_port(cls, endpoints: tuple[str, ...]) -> tuple[str, ...]:
+        for endpoint in endpoints:
+            protocol, _, address = endpoint.partition("/")
+            if protocol not in ("udp", "tcp", "tls", "quic") or not address.rpartition(":")[2].isdigit():
+                raise ValueError(f"'{endpoint}' is not an endpoint; write udp/HOST:PORT or tcp/HOST:PORT")
+        return endpoints
+
+
+class Mounting(Strict):
+    """Pose of the camera in the body frame (forward, right, down); zero angles look straight ahead."""
+
+    forward_m: float = 0.1
+    right_m: float = 0.0
+    down_m: float = 0.0
+    roll_deg: float = Field(default=0.0, ge=-180, le=180)
+    pitch_deg: float = Field(default=0.0, ge=-90, le=90)
+    yaw_deg: float = Field(default=0.0, ge=-180, le=180)
+
+
+class Camera(Strict):
+    """The depth camera. Without one (`source = "none"`) only the mission's surveyed obstacles are known."""
+
+    source: Literal["none", "shared-memory", "realsense"] = "none"
+    path: Path | None = None
+    """File of the shared-memory source."""
+    serial_number: str | None = None
+    width_px: int = Field(default=848, ge=64, le=1920)
+    height_px: int = Field(default=480, ge=48, le=1080)
+    rate_hz: float = Field(default=30.0, gt=0, le=90)
+    focal_length_x_px: float = Field(default=421.6, gt=0)
+    focal_length_y_px: float = Field(default=421.6, gt=0)
+    principal_point_x_px: float = Field(default=424.0, gt=0)
+    principal_point_y_px: float = Field(default=240.0, gt=0)
+    range_min_m: float = Field(default=0.3, gt=0)
+    range_max_m: float = Field(default=10.0, gt=0, le=65)
+    mounting: Mounting = Mounting()
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Camera:
+        if self.range_max_m <= self.range_min_m:
+            raise ValueError(f"range_max_m = {self.range_max_m} must be greater than range_min_m = {self.range_min_m}")
+        if self.source == "shared-memory" and self.path is None:
+            raise ValueError("source 'shared-memory' needs the field path")
+        return self
+
+
+class RecordingOptions(Strict):
+    """The flight recorder."""
+
+    folder: Path = Path("runs")
+    flush_period_s: float = Field(default=0.2, gt=0, le=0.5)
+    chunk_bytes: int = Field(default=131072, ge=4096, le=4194304)
+
+
+class Profile(Strict):
+    """One vehicle's hardware."""
+
+    name: str = Field(min_length=1)
+    limits: VehicleLimits
+    autopilot: Autopilot
+    control: Control = Control()
+    network: Network = Network()
+    camera: Camera = Camera()
+    perception: PerceptionParameters = PerceptionParameters()
+    safety: SafetyParameters = SafetyParameters()
+    recording: RecordingOptions = RecordingOptions()
+
+
+def load_profile(path: Path) -> Profile:
+    """The validated profile in `path`; InputError names file, field, value and what would be right."""
+    return load(Profile, path)

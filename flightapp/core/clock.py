@@ -1,0 +1,55 @@
+"""The only module that reads the system's time.
+
+Fleet time is Unix time carried by the monotonic clock: comparable between vehicles (after correction by the measured
+offset) and never stepping backwards while the process lives.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+
+class Clock(Protocol):
+    """Source of fleet time in seconds."""
+
+    def now_s(self) -> float: ...
+
+
+class SystemClock:
+    """Fleet time from CLOCK_MONOTONIC plus the Unix offset measured once at creation."""
+
+    def __init__(self) -> None:
+        before = time.monotonic_ns()
+        unix_ns = time.time_ns()
+        after = time.monotonic_ns()
+        self._offset_ns = unix_ns - (before + after) // 2
+
+    def now_s(self) -> float:
+        return (time.monotonic_ns() + self._offset_ns) * 1e-9
+
+    def now_ns(self) -> int:
+        """Fleet time in integer nanoseconds, for recordings."""
+        return time.monotonic_ns() + self._offset_ns
+
+    def from_monotonic_ns(self, monotonic_ns: int) -> float:
+        """Fleet time in seconds of a CLOCK_MONOTONIC stamp taken on this machine, by any process."""
+        return (monotonic_ns + self._offset_ns) * 1e-9
+
+
+class ManualClock:
+    """A clock that a test or a faster-than-real-time simulation moves by hand."""
+
+    def __init__(self, t_s: float = 0.0) -> None:
+        self.t_s = t_s
+
+    def now_s(self) -> float:
+        return self.t_s
+
+    def advance(self, dt_s: float) -> None:
+        self.t_s += dt_s
+
+
+def monotonic_ns() -> int:
+    """CLOCK_MONOTONIC, shared by all processes of one machine: for stamps that cross a process border."""
+    return time.monotonic_ns()

@@ -1,0 +1,17 @@
+"""What a strategy is: a pure, seeded function of observations with a state of its own."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from flightapp.core.types import Decision, Observation
+
+__all__ = ["Decision", "Observation", "Planner"]
+
+
+class Planner(Protocol):
+    """Synchronous, reads no clock, no network and no global random state; the same observations give the same decisions."""
+
+    def step(self, observation: Observation) -> Decision: ...
+
+    def reset(self, seed: int | None = None) -> None: ...

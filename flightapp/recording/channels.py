@@ -1,0 +1,35 @@
+"""The one table of recorded channels. Recorder, live view, health checks and reader all work from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flightapp.recording import messages
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One channel: topic, message type, expected rate while airborne (0: on events), recorded?, live?"""
+
+    topic: str
+    message: type
+    rate_hz: float
+    logged: bool
+    live: bool
+    purpose: str
+
+
+CHANNELS: tuple[Channel, ...] = (
+    Channel("/own", messages.OwnState, 25.0, True, True, "own state in the control loop"),
+    Channel("/autopilot", messages.AutopilotStatus, 1.0, True, True, "mode, arming and landed state of the autopilot"),
+    Channel("/battery", messages.Battery, 0.5, True, True, "battery"),
+    Channel("/target", messages.Target, 25.0, True, True, "target estimate given to the planner"),
+    Channel("/team", messages.Team, 10.0, True, True, "teammates as known here"),
+    Channel("/obstacles", messages.Obstacles, 25.0, True, True, "discs and unseen sectors after each depth frame"),
+    Channel("/decision", messages.DecisionRecord, 25.0, True, True, "planner decision"),
+    Channel("/setpoint", messages.SetpointRecord, 25.0, True, True, "setpoint after the supervisor, as sent"),
+    Channel("/event", messages.Event, 0.0, True, True, "events"),
+    Channel("/phase", messages.Phase, 0.0, True, True, "mission phase and outcome"),
+    Channel("/health", messages.Health, 1.0, True, True, "CPU, memory, lateness, drops"),
+    Channel("/truth", messages.TruthRecord, 0.0, True, False, "true states, in the simulation's own recording only"),
+)

@@ -1,0 +1,1 @@
+"""From depth frames to obstacle discs. Imports nothing of flightapp."""
