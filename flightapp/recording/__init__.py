@@ -1,0 +1,1 @@
+"""The flight recorder: channels, writer, reader, recovery and health of recordings (MCAP)."""

@@ -87,8 +87,8 @@ class Obstacles:
     frame_t_s: float
     """Capture time of the frame."""
     frame_number: int
-    discs: list[list[float]]
-    """Rows: north_m, east_m, radius_m, v_north_m_s, v_east_m_s, down_top_m, down_bottom_m."""
+    discs: list[list[float | None]]
+    """Rows: north_m, east_m, radius_m, v_north_m_s, v_east_m_s, down_top_m, down_bottom_m (null: unknown)."""
     unseen_rad: list[list[float]]
     perception_latency_s: float
     """Processing time of this frame."""

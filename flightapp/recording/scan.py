@@ -1,0 +1,60 @@
+"""MCAP records of a recording, in order, for as far as the file can be read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+
+from mcap.exceptions import McapError
+from mcap.records import Footer, Header, McapRecord
+from mcap.stream_reader import MAGIC_SIZE, StreamReader
+
+from flightapp.core.errors import InputError
+from flightapp.recording.recorder import FILE_PROFILE
+
+_MAGIC = b"\x89MCAP0\r\n"
+
+
+class Scan:
+    """Iterates over the readable records of one recording; `complete` afterwards tells whether the file had its end."""
+
+    def __init__(self, path: Path) -> None:
+        """InputError if `path` is not a recording of this application."""
+        self.path = path
+        self.complete = False
+        try:
+            self._data = path.read_bytes()
+        except FileNotFoundError:
+            raise InputError(f"{path}: no such file") from None
+        except IsADirectoryError:
+            raise InputError(f"{path}: is a folder, a recording (.mcap) is wanted") from None
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+        if not self._data:
+            raise InputError(f"{path}: the file is empty; nothing was recorded")
+        if self._data[:MAGIC_SIZE] != _MAGIC:
+            raise InputError(f"{path}: not a recording: it does not begin like an MCAP file")
+        first = next(self._records(), None)
+        if not isinstance(first, Header):
+            raise InputError(f"{path}: the recording broke off before its first record; nothing can be read")
+        if first.profile != FILE_PROFILE:
+            raise InputError(f"{path}: an MCAP file, but not a recording of this application (profile '{first.profile}')")
+
+    def __iter__(self) -> Iterator[McapRecord]:
+        return self._records()
+
+    def _records(self) -> Iterator[McapRecord]:
+        """Records up to the end or the first damage. A recording cut off while written ends in damage: that is normal."""
+        reader = StreamReader(BytesIO(self._data), validate_crcs=True, record_size_limit=len(self._data))
+        records = reader.records
+        while True:
+            try:
+                record = next(records)
+            except StopIteration:
+                return
+            except (McapError, ValueError, OverflowError, MemoryError, RuntimeError, LookupError):
+                return
+            if isinstance(record, Footer):
+                self.complete = True
+            yield record
