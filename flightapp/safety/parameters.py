@@ -12,8 +12,30 @@ class SafetyParameters(BaseModel):
 
     separation_min_m: float = Field(default=1.5, gt=0)
     """Smallest distance between the centres of two vehicles of the fleet."""
+    separation_buffer_m: float = Field(default=0.2, ge=0, le=5)
+    """Room kept on top of `separation_min_m` for drift and estimation error."""
+    separation_height_m: float = Field(default=3.0, gt=0)
+    """Vehicles that are at least this far apart vertically need no planar separation."""
+    team_widening_max_m: float = Field(default=5.0, ge=0)
+    """The separation from a teammate grows by its age times its speed, at most by this much."""
+    evader_yields: bool = False
+    """True: an evader keeps the separation from the pursuers too. False: its policy alone decides."""
     target_keep_out_m: float = Field(default=1.2, ge=0)
     """Smallest distance between the own centre and the evader's; 0 allows contact."""
+    fence_margin_m: float = Field(default=0.5, ge=0, le=20)
+    """Braking ends this far inside the fence, so that drift does not cross it."""
+    height_margin_m: float = Field(default=0.2, ge=0, le=5)
+    """The same for the height band."""
+    obstacle_clearance_min_m: float = Field(default=0.1, ge=0, le=5)
+    """Clearance between body and obstacle at which braking must have ended; the planner's margin is larger."""
+    braking_fraction: float = Field(default=0.8, gt=0, le=1)
+    """Share of the vehicle's acceleration that the guards count on when they compute a braking distance."""
+    response_lag_s: float = Field(default=0.35, gt=0, le=2)
+    """From a setpoint to the vehicle's answer: velocity control, link and control period together."""
+    vertical_acceleration_m_s2: float = Field(default=2.0, gt=0, le=10)
+    unseen_speed_m_s: float = Field(default=1.5, ge=0)
+    """Top speed into a sector in which nothing was observed, and with an obstacle picture that is too old."""
     own_state_age_max_s: float = Field(default=0.3, gt=0)
     team_state_age_max_s: float = Field(default=1.0, gt=0)
     obstacles_age_max_s: float = Field(default=0.5, gt=0)
+    """Older obstacles slow the vehicle down; after three times this age it stops."""

@@ -1,0 +1,45 @@
+"""How fast a vehicle may close on something that it must not reach."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flightapp.core.types import Limits
+from flightapp.safety.parameters import SafetyParameters
+
+
+@dataclass(frozen=True, slots=True)
+class Braking:
+    """Deceleration that can be counted on (m/s2) and the time (s) that passes before a setpoint takes effect.
+
+    The allowed closing speed at distance d is d / lag near the border (an exponential stop that a vehicle with this lag can
+    follow without overshoot) and sqrt(2 a (d - a lag^2 / 2)) farther away; both meet with equal slope at d = a lag^2. Callers
+    subtract from d the way covered during the lag (`reach_m`), which is what makes the stop free of oscillation.
+    """
+
+    deceleration_m_s2: float
+    lag_s: float
+
+    def speed_m_s(self, distance_m: float) -> float:
+        """Largest closing speed that can be braked within `distance_m`; zero where nothing is left."""
+        if distance_m <= 0.0:
+            return 0.0
+        knee = self.deceleration_m_s2 * self.lag_s * self.lag_s
+        if distance_m <= knee:
+            return distance_m / self.lag_s
+        return math.sqrt(2.0 * self.deceleration_m_s2 * (distance_m - 0.5 * knee))
+
+    def reach_m(self, closing_m_s: float, age_s: float = 0.0) -> float:
+        """Way covered at `closing_m_s` before a setpoint takes effect, with a state that is `age_s` old; zero when opening."""
+        return max(0.0, closing_m_s) * (self.lag_s + age_s)
+
+
+def horizontal_braking(limits: Limits, parameters: SafetyParameters) -> Braking:
+    """Braking in the plane."""
+    return Braking(parameters.braking_fraction * limits.acceleration_max_m_s2, parameters.response_lag_s)
+
+
+def vertical_braking(parameters: SafetyParameters) -> Braking:
+    """Braking of climb and descent."""
+    return Braking(parameters.braking_fraction * parameters.vertical_acceleration_m_s2, parameters.response_lag_s)
