@@ -1,0 +1,1 @@
+"""From the recordings of a run to numbers, a report and a picture."""

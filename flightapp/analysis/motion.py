@@ -1,0 +1,77 @@
+"""Figures of motion: lengths, jerk, closest approaches, clearance to the true world. Metres and seconds, mission frame."""
+
+from __future__ import annotations
+
+import math
+import numpy as np
+
+from flightapp.analysis.track import Track, Window
+from flightapp.core.clearance import NO_OBSTACLE_M, closest_approach_m
+from flightapp.core.types import Array, Boundary
+from flightapp.sim.world import World
+
+_JERK_STEP_S = 0.2
+_JERK_FINE_STEPS = 5
+
+
+def path_length_m(track: Track) -> float:
+    """Length of the way flown, in three dimensions."""
+    return float(np.linalg.norm(np.diff(track.position_ned_m, axis=0), axis=1).sum())
+
+
+def mean_jerk_m_s3(track: Track) -> float | None:
+    """Mean size of the jerk: second differences of the velocity averaged over 0.2 s, so that sensor noise is not jerk.
+
+    None for less than 0.6 s.
+    """
+    fine_s = _JERK_STEP_S / _JERK_FINE_STEPS
+    count = int((track.t_s[-1] - track.t_s[0]) / fine_s) if len(track) else 0
+    count -= count % _JERK_FINE_STEPS
+    if count < 3 * _JERK_FINE_STEPS:
+        return None
+    velocity = track.at(track.t_s[0] + fine_s * np.arange(count)).velocity_ned_m_s
+    mean = velocity.reshape(-1, _JERK_FINE_STEPS, 3).mean(axis=1)
+    jerk = np.diff(mean, n=2, axis=0) / _JERK_STEP_S**2
+    return float(np.linalg.norm(jerk, axis=1).mean())
+
+
+def min_distance_m(first: Track, second: Track, window: Window) -> tuple[float, float] | None:
+    """Smallest distance of the centres within `window` and its time, also between samples; None without common time.
+
+    Both tracks are straight between samples; on the union of their times the relative motion is straight as well.
+    """
+    if len(first) < 2 or len(second) < 2:
+        return None
+    spans = [Window(float(track.t_s[0]), float(track.t_s[-1])) for track in (first, second)]
+    common = window.common(spans[0])
+    common = None if common is None else common.common(spans[1])
+    if common is None:
+        return None
+    times = np.union1d(first.within(common).t_s, second.within(common).t_s)
+    relative = second.at(times).position_ned_m - first.at(times).position_ned_m
+    best = (math.inf, common.start_s)
+    for index in range(len(times) - 1):
+        distance, fraction = closest_approach_m(relative[index], relative[index + 1])
+        if distance < best[0]:
+            best = (distance, float(times[index] + fraction * (times[index + 1] - times[index])))
+    return best
+
+
+def min_clearance_m(track: Track, world: World, body_radius_m: float) -> float | None:
+    """Smallest distance of the body's surface to the world along the whole way, at most 1 cm too small; None if nothing is known."""
+    starts, ends = track.position_ned_m[:-1], track.position_ned_m[1:]
+    least = min((world.segment_clearance_m(start, end) for start, end in zip(starts, ends, strict=True)), default=NO_OBSTACLE_M)
+    return least - body_radius_m if least < NO_OBSTACLE_M / 2 else None
+
+
+def boundary_distances_m(position_ned_m: Array, boundary: Boundary) -> Array:
+    """Distance (n,) of points (n, 2 or 3) to the boundary line, planar, never negative."""
+    starts = boundary.vertices_m
+    ends = np.roll(starts, -1, axis=0)
+    if not boundary.closed:
+        starts, ends = starts[:-1], ends[:-1]
+    points = position_ned_m[:, None, :2]
+    edge = ends - starts
+    fraction = np.clip(((points - starts) * edge).sum(axis=2) / (edge**2).sum(axis=1), 0.0, 1.0)
+    gap = points - (starts + fraction[:, :, None] * edge)
+    return np.asarray(np.hypot(gap[:, :, 0], gap[:, :, 1]).min(axis=1))
