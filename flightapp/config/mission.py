@@ -174,6 +174,10 @@ class Mission(Strict):
     description: str = ""
     height_m: float = Field(gt=0, le=500)
     """Flight height above the datum."""
+    return_height_m: float = Field(gt=0, le=500)
+    """Lowest height above the datum at which a vehicle returns: above every obstacle."""
+    return_height_step_m: float = Field(default=2.0, ge=1.0, le=50)
+    """Each further vehicle of the list returns this much higher, so that their ways home cannot cross."""
     time_limit_s: float = Field(gt=0, le=3600)
     """Length of the pursuit; after it the mission ends with the outcome `timeout`."""
     start_timeout_s: float = Field(default=60.0, gt=0, le=600)
@@ -201,6 +205,10 @@ class Mission(Strict):
             if vehicle.name == name:
                 return vehicle
         raise KeyError(name)
+
+    def return_height_of(self, vehicle: Vehicle) -> float:
+        """Height above the datum at which `vehicle` returns, m."""
+        return self.return_height_m + self.return_height_step_m * self.vehicles.index(vehicle)
 
     def height_of(self, vehicle: Vehicle) -> float:
         """Flight height of `vehicle` above the datum, m."""

@@ -7,6 +7,7 @@ offset) and never stepping backwards while the process lives.
 from __future__ import annotations
 
 import time
+from datetime import UTC, datetime
 from typing import Protocol
 
 
@@ -53,3 +54,8 @@ class ManualClock:
 def monotonic_ns() -> int:
     """CLOCK_MONOTONIC, shared by all processes of one machine: for stamps that cross a process border."""
     return time.monotonic_ns()
+
+
+def utc_stamp() -> str:
+    """Wall-clock time for names of files and folders: 20260601-101500, UTC."""
+    return f"{datetime.now(UTC):%Y%m%d-%H%M%S}"

@@ -1,0 +1,1 @@
+"""The fleet over Zenoh: shared state and operator commands."""

@@ -1,0 +1,1 @@
+"""Composition of one vehicle process: tasks, mission executive, deadman."""

@@ -1,0 +1,29 @@
+# Two commands: `make run` flies the demo, `make test` checks everything. Both build the virtual environment they need.
+VENV := .venv
+PY := $(VENV)/bin/python
+MISSION := missions/demo_two_pursuers.toml
+
+.PHONY: run test lint types pytest clean
+run: $(VENV)/.ok
+	$(PY) -m flightapp sim $(MISSION)
+
+test: lint types pytest
+
+lint: $(VENV)/.ok
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+
+types: $(VENV)/.ok
+	$(PY) -m mypy
+
+pytest: $(VENV)/.ok
+	$(PY) -m pytest
+
+$(VENV)/.ok: pyproject.toml requirements.txt
+	python3 -m venv $(VENV)
+	$(PY) -m pip install --quiet --disable-pip-version-check -c requirements.txt -e '.[dev,realsense]'
+	$(PY) -m flightapp.warm_up
+	touch $@
+
+clean:
+	rm -rf $(VENV) .mypy_cache .ruff_cache .hypothesis

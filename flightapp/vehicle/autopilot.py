@@ -1,0 +1,103 @@
+"""What the app needs of an autopilot, and nothing more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from flightapp.core.types import Setpoint, VehicleState
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Own state in the mission frame with attitude (rad, body FRD), and when it arrived here (fleet time)."""
+
+    state: VehicleState
+    roll_rad: float
+    pitch_rad: float
+    arrived_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """Newest heartbeat content: flight mode by its PX4 name, arming and landed state; `heartbeat_s` is its arrival."""
+
+    connected: bool
+    flight_mode: str
+    armed: bool
+    landed_state: str
+    heartbeat_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class BatteryState:
+    """Battery; None where the autopilot does not say."""
+
+    voltage_v: float | None
+    remaining_fraction: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class HealthState:
+    """The autopilot's own pre-arm view, and whether its local origin is known here."""
+
+    global_position_ok: bool
+    home_ok: bool
+    armable: bool
+    origin_known: bool
+
+    def missing(self) -> tuple[str, ...]:
+        """What is not ready yet, in words; empty when all is."""
+        named = (
+            ("global position", self.global_position_ok),
+            ("home position", self.home_ok),
+            ("ready to arm", self.armable),
+            ("local origin", self.origin_known),
+        )
+        return tuple(name for name, ok in named if not ok)
+
+
+class Autopilot(Protocol):
+    """One vehicle's autopilot. Commands raise FlightError with the autopilot's own reason when they are refused."""
+
+    async def connect(self) -> str:
+        """Connect, start telemetry; a line that says what was found."""
+        ...
+
+    def motion(self) -> Motion | None: ...
+
+    def status(self) -> Status: ...
+
+    def battery(self) -> BatteryState | None: ...
+
+    def health(self) -> HealthState: ...
+
+    async def set_heights(self, takeoff_m: float, return_m: float) -> None:
+        """Heights above the take-off point for take-off and return."""
+        ...
+
+    async def arm(self) -> None: ...
+
+    async def disarm(self) -> None: ...
+
+    async def takeoff(self) -> None: ...
+
+    async def start_offboard(self) -> None:
+        """Ask for OFFBOARD; setpoints must be flowing already."""
+        ...
+
+    def send(self, setpoint: Setpoint) -> None:
+        """Send one setpoint now; never blocks. Refuses values that are not finite."""
+        ...
+
+    async def hold(self) -> None: ...
+
+    async def return_to_launch(self) -> None: ...
+
+    async def land(self) -> None: ...
+
+    def take_status_texts(self) -> list[tuple[float, str, str]]:
+        """(arrival, severity, text) since the last call."""
+        ...
+
+    def close(self) -> None: ...

@@ -1,0 +1,260 @@
+"""PX4 over MAVSDK 4: the synchronous plug-ins with callbacks into latest-value slots.
+
+MAVSDK runs every callback on one native thread. Commands are asynchronous with a completion callback, so neither the
+event loop nor the default executor ever waits for the autopilot. Positions are converted to the mission frame here.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import mavsdk
+import numpy as np
+from mavsdk import logging as mavsdk_logging
+from mavsdk.plugins.action import Action
+from mavsdk.plugins.info import Info
+from mavsdk.plugins.mavlink_direct import MavlinkDirect
+from mavsdk.plugins.offboard import Offboard, VelocityNedYaw
+from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry
+
+from flightapp.config.profile import Autopilot as AutopilotConfig
+from flightapp.core.angles import wrap_pi
+from flightapp.core.clock import Clock
+from flightapp.core.errors import FlightError
+from flightapp.core.geodesy import GeodeticPoint, geodetic_to_mission, px4_local_to_geodetic
+from flightapp.core.types import Setpoint, VehicleState
+from flightapp.vehicle.autopilot import BatteryState, HealthState, Motion, Status
+from flightapp.vehicle.boot_clock import BootClock
+from flightapp.vehicle.pose_history import PoseHistory
+
+COMPANION_COMPONENT_ID = 191
+CONNECTION_LOST_S = 3.0
+COMMAND_TIMEOUT_S = 5.0
+
+
+class Px4:
+    """One PX4, identified by its system id."""
+
+    def __init__(self, config: AutopilotConfig, system_id: int, datum: GeodeticPoint, clock: Clock, history: PoseHistory) -> None:
+        self._config = config
+        self._system_id = system_id
+        self._datum = datum
+        self._clock = clock
+        self._history = history
+        self._boot_clock = BootClock()
+        self._attitude: tuple[float, float, float] | None = None
+        self._origin: GeodeticPoint | None = None
+        self._motion: Motion | None = None
+        self._mode = "UNKNOWN"
+        self._armed = False
+        self._landed = "UNKNOWN"
+        self._heartbeat_s = -math.inf
+        self._battery: BatteryState | None = None
+        self._health = (False, False, False)
+        self._texts: deque[tuple[float, str, str]] = deque(maxlen=200)
+        self._mavsdk: Any = None
+
+    async def connect(self) -> str:
+        mavsdk_logging.log_subscribe(lambda _level, _message, _file, _line: True)
+        configuration = mavsdk.Configuration.create_with_component_type(mavsdk.ComponentType.COMPANION_COMPUTER)
+        configuration.system_id = self._system_id
+        configuration.component_id = COMPANION_COMPONENT_ID
+        self._mavsdk = mavsdk.Mavsdk(configuration)
+        try:
+            self._mavsdk.add_any_connection_with_handle(self._config.connection_url)
+        except Exception as error:
+            raise FlightError(
+                f"autopilot link '{self._config.connection_url}' cannot be opened ({error}); "
+                "check autopilot.connection_url in the profile"
+            ) from None
+        system = await self._find_system()
+        self._telemetry = Telemetry(system)
+        self._action = Action(system)
+        self._offboard = Offboard(system)
+        self._direct = MavlinkDirect(system)
+        self._subscribe()
+        await self._set_rates()
+        self._request_origin()
+        return await asyncio.to_thread(self._describe, system)
+
+    def motion(self) -> Motion | None:
+        return self._motion
+
+    def status(self) -> Status:
+        connected = self._clock.now_s() - self._heartbeat_s < CONNECTION_LOST_S
+        return Status(connected, self._mode, self._armed, self._landed, self._heartbeat_s)
+
+    def battery(self) -> BatteryState | None:
+        return self._battery
+
+    def health(self) -> HealthState:
+        if self._origin is None:
+            self._request_origin()
+        return HealthState(*self._health, origin_known=self._origin is not None)
+
+    async def set_heights(self, takeoff_m: float, return_m: float) -> None:
+        await self._command("set the take-off height", lambda done: self._action.set_takeoff_altitude_async(takeoff_m, done))
+        await self._command(
+            "set the return height", lambda done: self._action.set_return_to_launch_altitude_async(return_m, done)
+        )
+
+    async def arm(self) -> None:
+        await self._command("arm", self._action.arm_async)
+
+    async def disarm(self) -> None:
+        await self._command("disarm", self._action.disarm_async)
+
+    async def takeoff(self) -> None:
+        await self._command("take off", self._action.takeoff_async)
+
+    async def start_offboard(self) -> None:
+        await self._command("OFFBOARD", self._offboard.start_async)
+
+    def send(self, setpoint: Setpoint) -> None:
+        north, east, down = (float(value) for value in setpoint.velocity_ned_m_s)
+        if not math.isfinite(north + east + down + setpoint.yaw_rad):
+            raise ValueError(f"setpoint is not finite: velocity {(north, east, down)} m/s, yaw {setpoint.yaw_rad} rad")
+        self._offboard.set_velocity_ned(VelocityNedYaw(north, east, down, math.degrees(setpoint.yaw_rad)))
+
+    async def hold(self) -> None:
+        await self._command("hold", self._action.hold_async)
+
+    async def return_to_launch(self) -> None:
+        await self._command("return", self._action.return_to_launch_async)
+
+    async def land(self) -> None:
+        await self._command("land", self._action.land_async)
+
+    def take_status_texts(self) -> list[tuple[float, str, str]]:
+        texts = []
+        while self._texts:
+            texts.append(self._texts.popleft())
+        return texts
+
+    def close(self) -> None:
+        if self._mavsdk is not None:
+            self._mavsdk.destroy()
+            self._mavsdk = None
+
+    async def _find_system(self) -> Any:
+        """The autopilot with the mission's system id; other vehicles on the same link are not touched."""
+        deadline = self._clock.now_s() + self._config.connect_timeout_s
+        seen: set[int] = set()
+        while self._clock.now_s() < deadline:
+            for system in self._mavsdk.get_systems():
+                seen.add(system.get_system_id())
+                if system.has_autopilot() and system.get_system_id() == self._system_id:
+                    return system
+            await asyncio.sleep(0.05)
+        others = f"; heard system ids {sorted(seen)}" if seen else "; heard nothing at all"
+        raise FlightError(
+            f"no autopilot with system id {self._system_id} on '{self._config.connection_url}' within "
+            f"{self._config.connect_timeout_s:g} s{others}; check cable, MAV_SYS_ID and the mission's system_id"
+        )
+
+    def _subscribe(self) -> None:
+        telemetry = self._telemetry
+        telemetry.subscribe_attitude_euler(self._on_attitude)
+        self._direct.subscribe_message("LOCAL_POSITION_NED", self._on_local_position)
+        self._direct.subscribe_message("GPS_GLOBAL_ORIGIN", self._on_origin)
+        telemetry.subscribe_flight_mode(self._on_flight_mode)
+        telemetry.subscribe_armed(self._on_armed)
+        telemetry.subscribe_landed_state(self._on_landed)
+        telemetry.subscribe_battery(self._on_battery)
+        telemetry.subscribe_health(self._on_health)
+        telemetry.subscribe_status_text(self._on_status_text)
+
+    async def _set_rates(self) -> None:
+        rate = self._config.telemetry_rate_hz
+        await self._command(
+            "set the position rate", lambda done: self._telemetry.set_rate_position_velocity_ned_async(rate, done)
+        )
+        await self._command("set the attitude rate", lambda done: self._telemetry.set_rate_attitude_euler_async(rate, done))
+        await self._command("set the landed-state rate", lambda done: self._telemetry.set_rate_landed_state_async(5.0, done))
+
+    def _request_origin(self) -> None:
+        def take(result: Any, origin: Any, _user: Any) -> None:
+            if result.name == "SUCCESS":
+                self._origin = GeodeticPoint(origin.latitude_deg, origin.longitude_deg, origin.altitude_m)
+
+        self._telemetry.get_gps_global_origin_async(take)
+
+    def _describe(self, system: Any) -> str:
+        try:
+            version = Info(system).get_version()
+        except mavsdk.MavsdkError as error:
+            return f"system {self._system_id}, version unknown ({error})"
+        number = f"{version.flight_sw_major}.{version.flight_sw_minor}.{version.flight_sw_patch}"
+        return f"system {self._system_id}, autopilot {number}"
+
+    async def _command(self, what: str, start: Callable[[Callable[..., object]], None]) -> None:
+        """Start one MAVSDK command and wait for its acknowledgement without blocking the loop."""
+        loop = asyncio.get_running_loop()
+        answer: asyncio.Future[Any] = loop.create_future()
+
+        def resolve(result: Any) -> None:
+            if not answer.done():
+                answer.set_result(result)
+
+        start(lambda result, *_: loop.call_soon_threadsafe(resolve, result))
+        try:
+            result = await asyncio.wait_for(answer, COMMAND_TIMEOUT_S)
+        except TimeoutError:
+            raise FlightError(f"autopilot gave no answer to '{what}' within {COMMAND_TIMEOUT_S:g} s") from None
+        if result.name != "SUCCESS":
+            texts = "; ".join(text for _, severity, text in self._texts if severity in ("WARNING", "ERROR", "CRITICAL"))
+            raise FlightError(f"autopilot refused '{what}': {result.name}{f' ({texts})' if texts else ''}")
+
+    def _on_attitude(self, attitude: Any, _user: Any) -> None:
+        t_s = self._boot_clock.to_fleet_s(attitude.timestamp_us * 1e-6, self._clock.now_s())
+        roll, pitch, yaw = (math.radians(angle) for angle in (attitude.roll_deg, attitude.pitch_deg, attitude.yaw_deg))
+        if math.isfinite(roll + pitch + yaw):
+            self._attitude = (roll, pitch, yaw)
+            self._history.append_attitude(t_s, roll, pitch, wrap_pi(yaw))
+
+    def _on_local_position(self, message: Any, _user: Any) -> None:
+        if message.system_id != self._system_id or self._origin is None or self._attitude is None:
+            return
+        arrived_s = self._clock.now_s()
+        fields = json.loads(message.fields_json)
+        local = np.array([fields["x"], fields["y"], fields["z"]], dtype=np.float64)
+        velocity = np.array([fields["vx"], fields["vy"], fields["vz"]], dtype=np.float64)
+        if not (np.isfinite(local).all() and np.isfinite(velocity).all()):
+            return
+        t_s = self._boot_clock.to_fleet_s(fields["time_boot_ms"] * 1e-3, arrived_s)
+        position = geodetic_to_mission(self._datum, px4_local_to_geodetic(self._origin, local))
+        roll, pitch, yaw = self._attitude
+        state = VehicleState(t_s, position, velocity, wrap_pi(yaw))
+        self._history.append_state(state)
+        self._motion = Motion(state, roll, pitch, arrived_s)
+
+    def _on_origin(self, message: Any, _user: Any) -> None:
+        if message.system_id == self._system_id:
+            fields = json.loads(message.fields_json)
+            self._origin = GeodeticPoint(fields["latitude"] * 1e-7, fields["longitude"] * 1e-7, fields["altitude"] * 1e-3)
+
+    def _on_flight_mode(self, mode: Any, _user: Any) -> None:
+        self._mode = FlightMode(mode).name
+        self._heartbeat_s = self._clock.now_s()
+
+    def _on_armed(self, armed: Any, _user: Any) -> None:
+        self._armed = bool(armed)
+
+    def _on_landed(self, state: Any, _user: Any) -> None:
+        self._landed = LandedState(state).name
+
+    def _on_battery(self, battery: Any, _user: Any) -> None:
+        voltage = battery.voltage_v if math.isfinite(battery.voltage_v) else None
+        percent = battery.remaining_percent
+        self._battery = BatteryState(voltage, percent / 100.0 if math.isfinite(percent) else None)
+
+    def _on_health(self, health: Any, _user: Any) -> None:
+        self._health = (health.is_global_position_ok, health.is_home_position_ok, health.is_armable)
+
+    def _on_status_text(self, text: Any, _user: Any) -> None:
+        self._texts.append((self._clock.now_s(), text.type.name, text.text))
