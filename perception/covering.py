@@ -1,0 +1,130 @@
+"""From surface points to discs: something round becomes one disc, anything else a row of small ones."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from perception.cells import TANGENT_STEP, TANGENTS, SurfacePoints
+from perception.parameters import PerceptionParameters
+
+_ROUND_ANGLE_MAX_RAD = math.radians(75)
+_EDGE_BIN_FRACTION = 0.3
+"""The outermost bearing bin of a surface is on average filled this far from its centre."""
+_FLAT_LENGTH_MIN_M = 0.15
+_OPEN_PIECES = 6
+
+Disc = tuple[float, float, float]
+
+
+def cover(points: SurfacePoints, parameters: PerceptionParameters) -> NDArray[np.float64]:
+    """Discs (n, 3) forward_m, right_m, radius_m in the level frame that contain the visible surfaces.
+
+    The front of a disc lies at most `surface_tolerance_m` before the surface; the rest of it covers the back that is not seen.
+    """
+    discs: list[Disc] = []
+    if len(points.label):
+        starts = np.flatnonzero(np.diff(points.label, prepend=-1))
+        for start, end in zip(starts, [*starts[1:], len(points.label)], strict=True):
+            one = _round(points, int(start), int(end), parameters)
+            discs.extend([one] if one is not None else _row(points, int(start), int(end), parameters))
+    return np.array(discs, np.float64).reshape(-1, 3)
+
+
+def _round(points: SurfacePoints, start: int, end: int, parameters: PerceptionParameters) -> Disc | None:
+    """The circle with the silhouette and the distance of points [start, end), if they lie on it."""
+    first, last = TANGENTS[points.bin[start]], TANGENTS[points.bin[end - 1]]
+    low = math.atan(first - _EDGE_BIN_FRACTION * TANGENT_STEP)
+    high = math.atan(last + _EDGE_BIN_FRACTION * TANGENT_STEP)
+    half, middle = (high - low) / 2, (high + low) / 2
+    if half > _ROUND_ANGLE_MAX_RAD:
+        return None
+    forward, right = points.forward_m[start:end], points.right_m[start:end]
+    central = np.abs(np.arctan2(right, forward) - middle) <= max(half / 3, math.atan(TANGENT_STEP))
+    if not central.any():
+        return None
+    near = float(np.hypot(forward[central], right[central]).mean())
+    sine = math.sin(half)
+    silhouette = near * sine / (1 - sine)
+    if silhouette > parameters.round_radius_max_m:
+        return None
+    radius = max(silhouette, parameters.disc_radius_min_m)
+    centre = near + silhouette
+    ahead, aside = centre * math.cos(middle), centre * math.sin(middle)
+    outside = np.hypot(forward - ahead, right - aside) + points.half_depth_m[start:end] - radius
+    noise = parameters.depth_noise_1_m * near**2 / 2
+    if outside.max() > parameters.surface_tolerance_m + noise:
+        return None
+    if radius > parameters.disc_radius_max_m / 2 and outside.min() < -0.4 * radius - noise:
+        return None
+    return ahead, aside, radius
+
+
+@dataclass(slots=True)
+class _Piece:
+    """Neighbouring points that one disc covers, and the rectangle around them."""
+
+    ahead_min: float
+    ahead_max: float
+    aside_min: float
+    aside_max: float
+    points: list[tuple[float, float, float]] = field(default_factory=list)
+
+    def takes(self, ahead: float, aside: float, chord: float) -> bool:
+        """Widen the rectangle by a point unless it would become longer than `chord`."""
+        low, high = min(self.ahead_min, ahead), max(self.ahead_max, ahead)
+        left, right = min(self.aside_min, aside), max(self.aside_max, aside)
+        if high - low > chord or right - left > chord or (high - low) ** 2 + (right - left) ** 2 > 1.5 * chord * chord:
+            return False
+        self.ahead_min, self.ahead_max, self.aside_min, self.aside_max = low, high, left, right
+        return True
+
+
+def _row(points: SurfacePoints, start: int, end: int, parameters: PerceptionParameters) -> list[Disc]:
+    """Small discs along points [start, end)."""
+    bulge = parameters.surface_tolerance_m
+    chord = 2 * math.sqrt(max(bulge**2, 2 * parameters.disc_radius_max_m * bulge - bulge**2))
+    done: list[_Piece] = []
+    for ahead, aside, half_depth in zip(
+        points.forward_m[start:end].tolist(),
+        points.right_m[start:end].tolist(),
+        points.half_depth_m[start:end].tolist(),
+        strict=True,
+    ):
+        for piece in done[-1 : -_OPEN_PIECES - 1 : -1]:
+            if piece.takes(ahead, aside, chord):
+                break
+        else:
+            piece = _Piece(ahead, ahead, aside, aside)
+            done.append(piece)
+        piece.points.append((ahead, aside, half_depth))
+    return [_piece_disc(piece.points, parameters) for piece in done]
+
+
+def _piece_disc(points: list[tuple[float, float, float]], parameters: PerceptionParameters) -> Disc:
+    """A disc pushed back behind the piece, away from the camera, so far that it bulges out by the tolerance only."""
+    bulge = parameters.surface_tolerance_m
+    (x0, y0, _), (x1, y1, _) = points[0], points[-1]
+    x, y = (x0 + x1) / 2, (y0 + y1) / 2
+    half_depth = max(point[2] for point in points)
+    along_x, along_y = x1 - x0, y1 - y0
+    length = math.hypot(along_x, along_y)
+    half = length / 2 + TANGENT_STEP * x / 2
+    radius = (half * half + bulge * bulge) / (2 * bulge)
+    radius = min(max(radius, parameters.disc_radius_min_m), max(parameters.disc_radius_max_m, half))
+    push = max(0.0, radius - bulge)
+    if length > _FLAT_LENGTH_MIN_M:
+        away_x, away_y = -along_y / length, along_x / length
+        if away_x * x + away_y * y < 0:
+            away_x, away_y = -away_x, -away_y
+    elif half_depth > 0:
+        away_x = away_y = 0.0
+    else:
+        distance = math.hypot(x, y)
+        away_x, away_y = x / distance, y / distance
+    x, y = x + push * away_x, y + push * away_y
+    furthest = max(math.hypot(px - x, py - y) + half for px, py, half in points)
+    return x, y, max(radius, furthest - bulge / 2)

@@ -1,0 +1,76 @@
+"""Recorded depth: one 16-bit PNG file or a folder of them, in the order of their names (numbers count as numbers)."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from perception.errors import PerceptionInputError
+from perception.types import DepthFrame, Intrinsics
+
+
+class PngFolderSource:
+    """Returns every frame once, one a call; frame k was taken at k * period_s. None after the last."""
+
+    def __init__(self, path: Path, intrinsics: Intrinsics, *, depth_unit_m: float = 0.001, period_s: float = 1 / 30) -> None:
+        self._files = list_frames(path)
+        self._intrinsics = intrinsics
+        self._depth_unit_m = depth_unit_m
+        self._period_s = period_s
+        self._received = 0
+
+    @property
+    def received(self) -> int:
+        return self._received
+
+    @property
+    def skipped(self) -> int:
+        return 0
+
+    def latest(self) -> DepthFrame | None:
+        if self._received >= len(self._files):
+            return None
+        number = self._received
+        depth = read_depth_png(self._files[number])
+        self._received += 1
+        return DepthFrame(number * self._period_s, number, depth, self._depth_unit_m, self._intrinsics)
+
+    def close(self) -> None:
+        self._files = []
+
+
+def list_frames(path: Path) -> list[Path]:
+    """The PNG files at `path`; PerceptionInputError if there is none."""
+    if path.is_file():
+        return [path]
+    if not path.is_dir():
+        raise PerceptionInputError(f"{path}: no such file or folder; name a 16-bit PNG depth image or a folder of them")
+    files = sorted((file for file in path.iterdir() if file.suffix.lower() == ".png"), key=_numeric_order)
+    if not files:
+        raise PerceptionInputError(f"{path}: the folder has no .png file; 16-bit PNG depth images are wanted")
+    return files
+
+
+def read_depth_png(path: Path) -> NDArray[np.uint16]:
+    """(height, width) uint16; PerceptionInputError if the file is not a 16-bit single-channel image."""
+    try:
+        data = np.frombuffer(path.read_bytes(), np.uint8)
+    except OSError as error:
+        raise PerceptionInputError(f"{path}: cannot be read: {error.strerror}") from None
+    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    if image is None:
+        raise PerceptionInputError(f"{path}: not a readable image; a 16-bit PNG depth image is wanted")
+    if image.dtype != np.uint16 or image.ndim != 2:
+        channels = 1 if image.ndim == 2 else image.shape[2]
+        raise PerceptionInputError(
+            f"{path}: {8 * image.dtype.itemsize}-bit image with {channels} channel(s); 16-bit with one channel is wanted"
+        )
+    return np.ascontiguousarray(image, np.uint16)
+
+
+def _numeric_order(path: Path) -> list[tuple[int, str]]:
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", path.name)]
