@@ -27,6 +27,9 @@ _TABLE_STEP_M = 0.01
 _SLANT = 1.6
 """Level forward distance of a pixel is at most this times its depth for any attitude in which perception is of use."""
 _NOISE_TAIL_FRACTION = 0.25
+_LIMIT_SIGMAS = 3.0
+_LIMIT_FRACTION = 0.25
+"""Within 3 sigma of the range limit a surface must fill this much of the height band: noise brings tails of what is beyond."""
 _SPREAD_FRACTION = 0.25
 """Fraction of a surface's pixels that may be left in one cell when noise spreads it over several."""
 
@@ -55,6 +58,8 @@ class CellGrid:
         self._parameters = parameters
         self._range_min_m = np.float32(range_min_m)
         self._range_max_m = np.float32(range_max_m)
+        self.reliable_range_m = range_max_m - _LIMIT_SIGMAS * parameters.depth_noise_1_m * range_max_m**2
+        """Depth up to which anything of the smallest visible size is found."""
         edges = [0.0]
         while edges[-1] < _SLANT * range_max_m:
             sigma = parameters.depth_noise_1_m * edges[-1] ** 2
@@ -86,7 +91,7 @@ class CellGrid:
         cell, forward = self._bin_pixels(depth, depth_unit_m, camera, vehicle_down_m, ground_down_m)
         size = TANGENT_BINS * self._cells
         counts: NDArray[np.intp] = np.bincount(cell, minlength=size)
-        sums: NDArray[np.float64] = np.bincount(cell, weights=forward, minlength=size)
+        sums = np.asarray(np.bincount(cell, weights=forward, minlength=size), np.float64)
         return self._surfaces(counts, sums, camera, exclude)
 
     def _prepare(self, intrinsics: Intrinsics) -> None:
@@ -105,6 +110,8 @@ class CellGrid:
         distance = np.maximum(self._edges, self._parameters.cell_m)
         area_1_m = TANGENT_STEP * self._parameters.visible_height_min_m / distance
         self._cell_pixels_min = np.maximum(2.0, _SPREAD_FRACTION * area_1_m * self._pixels_per_m2_at_1_m).astype(np.float32)
+        area_1_m = TANGENT_STEP * 2 * self._parameters.band_m / distance
+        self._limit_pixels_min = np.maximum(2.0, _LIMIT_FRACTION * area_1_m * self._pixels_per_m2_at_1_m).astype(np.float32)
 
     def _bin_pixels(
         self,
@@ -159,7 +166,11 @@ class CellGrid:
     ) -> SurfacePoints:
         grid = counts.reshape(TANGENT_BINS, self._cells).astype(np.float32)
         around = cv2.dilate(grid, np.ones((1, 3), np.uint8))
-        strong = (grid >= self._cell_pixels_min) & (grid >= np.float32(_NOISE_TAIL_FRACTION) * around)
+        # Depth limits apply along the optical axis: at a tilt they lie further forward.
+        along_axis = float(camera.level[0, 2])
+        near_limit = np.append(self._edges[1:], np.inf) * along_axis > self.reliable_range_m
+        wanted = np.where(near_limit, np.maximum(self._limit_pixels_min, self._cell_pixels_min), self._cell_pixels_min)
+        strong = (grid >= wanted) & (grid >= np.float32(_NOISE_TAIL_FRACTION) * around)
         strong[:, -1] = False
         flat = np.flatnonzero(strong)
         nearest_m = np.full(TANGENT_BINS, np.inf)
@@ -170,6 +181,10 @@ class CellGrid:
         pixels = counts[flat]
         forward = sums[flat] / pixels
         bin_ = flat // self._cells
+        reliable = forward * along_axis <= self._range_max_m - self.sigma_m(forward * along_axis)
+        if not reliable.all():
+            strong.ravel()[flat[~reliable]] = False
+            flat, pixels, forward, bin_ = flat[reliable], pixels[reliable], forward[reliable], bin_[reliable]
         firsts = np.flatnonzero(np.diff(bin_, prepend=-1))
         nearest_m[bin_[firsts]] = forward[firsts]
         if len(exclude):

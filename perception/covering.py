@@ -109,21 +109,21 @@ def _piece_disc(points: list[tuple[float, float, float]], parameters: Perception
     bulge = parameters.surface_tolerance_m
     (x0, y0, _), (x1, y1, _) = points[0], points[-1]
     x, y = (x0 + x1) / 2, (y0 + y1) / 2
+    distance = math.hypot(x, y)
     half_depth = max(point[2] for point in points)
     along_x, along_y = x1 - x0, y1 - y0
     length = math.hypot(along_x, along_y)
     half = length / 2 + TANGENT_STEP * x / 2
-    radius = (half * half + bulge * bulge) / (2 * bulge)
-    radius = min(max(radius, parameters.disc_radius_min_m), max(parameters.disc_radius_max_m, half))
-    push = max(0.0, radius - bulge)
+    # Across the line of sight the disc may stick out into what is seen to be free by little more than it bulges.
+    across = abs(along_y * x - along_x * y) / distance / 2 + TANGENT_STEP * x / 2
+    radius = min((half * half + bulge * bulge) / (2 * bulge), parameters.disc_radius_max_m, across + 1.5 * bulge)
+    radius = max(radius, parameters.disc_radius_min_m, half)
+    push = max(0.0, math.sqrt(radius * radius - half * half) - half_depth)
     if length > _FLAT_LENGTH_MIN_M:
         away_x, away_y = -along_y / length, along_x / length
         if away_x * x + away_y * y < 0:
             away_x, away_y = -away_x, -away_y
-    elif half_depth > 0:
-        away_x = away_y = 0.0
     else:
-        distance = math.hypot(x, y)
         away_x, away_y = x / distance, y / distance
     x, y = x + push * away_x, y + push * away_y
     furthest = max(math.hypot(px - x, py - y) + half for px, py, half in points)

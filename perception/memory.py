@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ from perception.sectors import is_seen
 
 _CAPACITY = 300
 _SEE_THROUGH_FRACTION = 0.5
+_SAME_PLACE_M = 0.3
+_BEARING_MAX_RAD = 1.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,14 +24,14 @@ class View:
     """What one frame showed.
 
     seen: (360,) half-degree sectors ahead that were seen. nearest_m: forward distance of the first surface in each bearing bin
-    of the cell grid, inf where there is none.
+    of the cell grid, inf where there is none. reliable_range_m: depth up to which no surface means free.
     """
 
     camera: CameraPose
     seen: NDArray[np.bool_]
     nearest_m: NDArray[np.float64]
     range_min_m: float
-    range_max_m: float
+    reliable_range_m: float
 
 
 class DiscMemory:
@@ -69,40 +72,36 @@ class DiscMemory:
         return out
 
     def _superseded(self, observed: NDArray[np.float64], view: View) -> NDArray[np.bool_]:
-        """Which remembered discs this frame replaces or shows to be gone. Only discs that are wholly in view can be either."""
+        """Which remembered discs this frame replaces or shows to be gone."""
         discs, camera = self._discs, view.camera
         north, east = discs[:, 0] - camera.position_ned_m[0], discs[:, 1] - camera.position_ned_m[1]
-        cos, sin = np.cos(camera.heading_rad), np.sin(camera.heading_rad)
+        cos, sin = math.cos(camera.heading_rad), math.sin(camera.heading_rad)
         ahead, aside = north * cos + east * sin, east * cos - north * sin
         distance, bearing = np.hypot(ahead, aside), np.arctan2(aside, ahead)
         half = np.arcsin(np.minimum(discs[:, 2] / np.maximum(distance, 1e-6), 1.0))
-        in_view = (
+        wholly_in_view = (
             is_seen(view.seen, bearing)
             & is_seen(view.seen, bearing - half)
             & is_seen(view.seen, bearing + half)
             & (distance - discs[:, 2] > view.range_min_m)
         )
-        reobserved = np.zeros(len(discs), np.bool_)
+        gone = np.zeros(len(discs), np.bool_)
         if len(observed):
             gap = np.hypot(discs[:, :1] - observed[:, 0], discs[:, 1:2] - observed[:, 1])
-            reach = self._parameters.association_m + np.maximum(discs[:, 2:], observed[:, 2])
-            reobserved = (gap <= np.where(discs[:, 2:] > 1.5 * observed[:, 2], self._parameters.association_m, reach)).any(axis=1)
-        return in_view & (reobserved | (self._seen_through(ahead, bearing, half, view) & (distance < view.range_max_m)))
-
-    def _seen_through(
-        self, ahead: NDArray[np.float64], bearing: NDArray[np.float64], half: NDArray[np.float64], view: View
-    ) -> NDArray[np.bool_]:
-        """Whether most of the lines of sight to a disc go on beyond its centre."""
-        low = _bin_of(bearing - half / 2)
-        high = np.maximum(_bin_of(bearing + half / 2), low) + 1
-        beyond = np.zeros(len(ahead), np.bool_)
-        for i, (first, last) in enumerate(zip(low, high, strict=True)):
-            beyond[i] = (
-                np.mean(view.nearest_m[first:last] > ahead[i] + self._parameters.surface_tolerance_m) > _SEE_THROUGH_FRACTION
-            )
-        return beyond
+            shrink = discs[:, 2:] - observed[:, 2]
+            # A disc partly out of view gives way only to one in nearly the same place that is about as large.
+            gone |= ((gap <= _SAME_PLACE_M) & (shrink <= _SAME_PLACE_M)).any(axis=1)
+            reach = self._parameters.association_m + np.maximum(-shrink, 0.0)
+            gone |= wholly_in_view & (gap <= reach).any(axis=1)
+        depth = ahead * float(camera.level[0, 2])
+        for i in np.flatnonzero(wholly_in_view & ~gone & (depth < view.reliable_range_m)):
+            first, last = _bin_of(bearing[i] - half[i] / 2), _bin_of(bearing[i] + half[i] / 2) + 1
+            sight = view.nearest_m[first:last] > ahead[i] + self._parameters.surface_tolerance_m
+            gone[i] = np.count_nonzero(sight) > _SEE_THROUGH_FRACTION * len(sight)
+        return gone
 
 
-def _bin_of(bearing_rad: NDArray[np.float64]) -> NDArray[np.intp]:
-    tangent = np.tan(np.clip(bearing_rad, -1.3, 1.3))
-    return np.clip(((tangent + TANGENT_MAX) / TANGENT_STEP).astype(np.intp), 0, TANGENT_BINS - 1)
+def _bin_of(bearing_rad: float) -> int:
+    """Bearing bin of the cell grid, relative to the camera's heading."""
+    tangent = math.tan(min(max(bearing_rad, -_BEARING_MAX_RAD), _BEARING_MAX_RAD))
+    return min(max(int((tangent + TANGENT_MAX) / TANGENT_STEP), 0), TANGENT_BINS - 1)

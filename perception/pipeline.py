@@ -20,6 +20,8 @@ NO_EXCLUSION = np.zeros((0, 3))
 
 _DEPTH_MAX = 65535
 _CHECK_STEP_PX = 16
+_BLIND_FRACTION = 0.25
+"""A stereo camera never returns anything along its left edge: only a larger blind part is worth an event."""
 
 
 class PerceptionPipeline:
@@ -48,7 +50,6 @@ class PerceptionPipeline:
         self._parameters = parameters
         self._mounting = mounting
         self._range_min_m = range_min_m
-        self._range_max_m = range_max_m
         self._ground_down_m = ground_down_m
         self._grid = CellGrid(parameters, range_min_m, range_max_m)
         self._ground = GroundCheck(parameters, range_max_m)
@@ -83,8 +84,11 @@ class PerceptionPipeline:
                 return self._blind(frame.t_s, pose, exclude, "depth frame is empty: no pixel returned a distance")
         else:
             self._last_good_s = frame.t_s
-        events = ("part of the depth frame is blind: no return where the ground is in range",) if blind.any() else ()
-        seen = in_view(camera, frame.intrinsics, pose.position_ned_m[2], self._parameters) & ~blind
+        in_picture = in_view(camera, frame.intrinsics, pose.position_ned_m[2], self._parameters)
+        seen = in_picture & ~blind
+        events: tuple[str, ...] = ()
+        if np.count_nonzero(seen) < (1 - _BLIND_FRACTION) * np.count_nonzero(in_picture):
+            events = ("part of the depth frame is blind: no return where the ground is in range",)
         points = self._grid.points(
             frame.depth,
             frame.depth_unit_m,
@@ -95,7 +99,7 @@ class PerceptionPipeline:
             exclude,
         )
         observed = _to_mission(cover(points, self._parameters), camera)
-        view = View(camera, seen, points.nearest_m, self._range_min_m, self._range_max_m)
+        view = View(camera, seen, points.nearest_m, self._range_min_m, self._grid.reliable_range_m)
         discs = self._memory.update(frame.t_s, observed, view, exclude)
         return PerceivedObstacles(frame.t_s, self._columns(discs, pose), unseen_sectors(seen, camera.heading_rad), events)
 

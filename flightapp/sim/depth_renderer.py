@@ -92,7 +92,7 @@ def _noise_table(rows: int, columns: int, seed: int) -> NDArray[np.int8]:
     white = random.standard_normal((rows, columns)).astype(np.float32)
     blobs = _smooth(random.standard_normal((rows, columns)).astype(np.float32))
     noise = (white + blobs / blobs.std()) * np.float32(math.sqrt(0.5))
-    table = np.clip(np.rint(noise * _NOISE_SCALE), -127, 127).astype(np.int8)
+    table: NDArray[np.int8] = np.clip(np.rint(noise * _NOISE_SCALE), -127, 127).astype(np.int8)
     clumps = _smooth(random.standard_normal((rows, columns)).astype(np.float32))
     table[clumps > np.quantile(clumps, 1 - _HOLE_FRACTION / 2)] = _HOLE
     table[random.random((rows, columns)) < _HOLE_FRACTION / 2] = _HOLE
