@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+
 import numpy as np
 
 from flightapp.analysis.track import Track, Window
@@ -58,7 +59,7 @@ def min_distance_m(first: Track, second: Track, window: Window) -> tuple[float, 
 
 
 def min_clearance_m(track: Track, world: World, body_radius_m: float) -> float | None:
-    """Smallest distance of the body's surface to the world along the whole way, at most 1 cm too small; None if nothing is known."""
+    """Smallest distance of the body's surface to the world along the whole way, at most 1 cm too small; None if unknown."""
     starts, ends = track.position_ned_m[:-1], track.position_ned_m[1:]
     least = min((world.segment_clearance_m(start, end) for start, end in zip(starts, ends, strict=True)), default=NO_OBSTACLE_M)
     return least - body_radius_m if least < NO_OBSTACLE_M / 2 else None

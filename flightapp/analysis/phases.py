@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from flightapp.analysis.track import Window
 from flightapp.recording.reader import Recording
 
-AIRBORNE = ("takeoff", "ready", "pursue", "return", "land")
+AIRBORNE = ("takeoff", "ready", "pursue", "return", "land", "released")
 OFFBOARD = ("pursue", "return")
 
 

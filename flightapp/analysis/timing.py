@@ -31,10 +31,10 @@ def mean_and_max(values: Array) -> Spread:
 
 
 def within(series: Series, window: Window | None) -> Series:
-    """The messages inside `window`; none without one."""
+    """The messages from the start of `window` until before its end; none without one."""
     if window is None:
         return Series(series.topic, np.zeros(0), [])
-    chosen = np.flatnonzero((series.t_s >= window.start_s) & (series.t_s <= window.end_s))
+    chosen = np.flatnonzero((series.t_s >= window.start_s) & (series.t_s < window.end_s))
     return Series(series.topic, series.t_s[chosen], [series.messages[index] for index in chosen])
 
 

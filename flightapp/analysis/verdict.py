@@ -1,0 +1,65 @@
+"""One line that says how the run went."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+GAP_MAX_MS = 500.0
+"""PX4 leaves offboard mode when it hears nothing for this long."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """good: captured and nothing to complain of; attention: read on; bad: a limit was broken or something failed."""
+
+    level: Literal["good", "attention", "bad"]
+    headline: str
+    reasons: tuple[str, ...]
+
+
+def verdict_of(summary: dict[str, Any]) -> Verdict:
+    """The verdict on one summary; every reason is one clause."""
+    broken = _broken(summary)
+    remarks = _remarks(summary)
+    outcome = summary["outcome"]
+    bad = bool(broken) or outcome == "fault"
+    level: Literal["good", "attention", "bad"] = "bad" if bad else "attention" if remarks or outcome != "captured" else "good"
+    return Verdict(level, _headline(summary), (*broken, *remarks))
+
+
+def _headline(summary: dict[str, Any]) -> str:
+    outcome, time_s = summary["outcome"], summary["capture_time_s"]
+    if outcome == "captured":
+        return "The evader was captured" + ("" if time_s is None else f" after {time_s:.1f} s")
+    return {
+        "escaped": "The evader escaped across the boundary",
+        "timeout": "The time limit passed without a capture",
+        "aborted": "The mission was aborted",
+        "fault": "The mission ended with a fault",
+    }.get(outcome or "", "No outcome was recorded")
+
+
+def _broken(summary: dict[str, Any]) -> list[str]:
+    found = []
+    clearance, separation = summary["min_obstacle_clearance_m"], summary["min_separation_m"]
+    required, gap = summary["separation_required_m"], summary["setpoint_gap_max_ms"]
+    if clearance is not None and clearance < 0.0:
+        found.append(f"contact with an obstacle (clearance {clearance:.2f} m)")
+    if separation is not None and required is not None and separation < required:
+        found.append(f"separation {separation:.2f} m below the required {required:.2f} m")
+    if gap is not None and gap > GAP_MAX_MS:
+        found.append(f"a gap of {gap:.0f} ms in the setpoints")
+    return found
+
+
+def _remarks(summary: dict[str, Any]) -> list[str]:
+    found = []
+    cut = [recording["file"] for recording in summary["recordings"] if not recording["complete"]]
+    if cut:
+        found.append(f"incomplete recordings: {', '.join(cut)}")
+    if summary["dropped"]:
+        found.append(f"{summary['dropped']} messages were not recorded")
+    if summary["events"]["error"]:
+        found.append(f"{summary['events']['error']} errors in the events")
+    return found
