@@ -1,0 +1,5 @@
+"""Planning: strategies and evader policies as pure, seeded functions of observations."""
+
+from flightapp.planning.registry import evader_names, make_evader, make_planner, planner_names
+
+__all__ = ["evader_names", "make_evader", "make_planner", "planner_names"]

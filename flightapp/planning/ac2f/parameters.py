@@ -1,0 +1,134 @@
+"""Every number of the AC2F planner, with its unit; defaults are the source's Table 1 where it has one."""
+
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+
+from flightapp.planning.capture import CaptureRule
+from flightapp.planning.parameters import StrategyParameters
+
+
+class Ac2fParameters(StrategyParameters):
+    """Parameters of the strategy `ac2f`. Vehicle limits are not among them: they come with `limits`."""
+
+    capture: CaptureRule = CaptureRule()
+    """The mission's capture section."""
+    evader_speed_assumed_m_s: float = Field(default=4.0, gt=0)
+    """Top speed of the evader in the game."""
+
+    # state machine
+    fine_distance_m: float = Field(default=4.0, gt=0)
+    """Fine stage below this distance to the evader."""
+    fine_hysteresis_m: float = Field(default=0.5, ge=0)
+    """Fine stage is left above the trigger distance plus this."""
+    oscillation_window_s: float = Field(default=2.0, gt=0)
+    """Length of the window of own positions whose variance tells a trap."""
+    oscillation_variance_m2: float = Field(default=0.08, gt=0)
+    """Trapped below this trace of the position covariance."""
+    fine_time_max_s: float = Field(default=3.0, gt=0)
+    """Longest stay in the fine stage."""
+    fine_pause_s: float = Field(default=1.0, ge=0)
+    """After the longest stay, the distance does not trigger again for this long."""
+    target_stale_s: float = Field(default=2.0, gt=0)
+    """Age of the target track from which the last predicted point is searched."""
+    target_lost_s: float = Field(default=10.0, gt=0)
+    """Age of the target track from which the vehicle holds."""
+    team_stale_s: float = Field(default=2.0, gt=0)
+    """Age of a teammate's state from which it no longer counts for encirclement and slots."""
+
+    # dynamic window
+    control_period_s: float = Field(default=0.1, gt=0)
+    """Period of the dynamic window and of the samples in the history."""
+    command_blend: float = Field(default=0.3, ge=0, le=1)
+    """Centre of the window: this share of the measured velocity, the rest of the last command."""
+    horizon_s: float = Field(default=1.0, gt=0)
+    """Prediction horizon on the approach."""
+    horizon_terminal_s: float = Field(default=0.2, gt=0)
+    """Prediction horizon below the fine distance."""
+    speed_samples: int = Field(default=21, ge=2, le=101)
+    """Speeds in the window."""
+    turn_samples: int = Field(default=21, ge=2, le=101)
+    """Turn rates in the window."""
+    braking_steps: int = Field(default=6, ge=1, le=50)
+    """Segments of the braking arc after the horizon."""
+    clearance_saturation_m: float = Field(default=2.0, gt=0)
+    """Clearance above this is as good as this."""
+    rejection_radius_m: float = Field(default=0.5, ge=0)
+    """Smallest distance of the own centre from an obstacle's surface; at least body radius plus safety margin is kept."""
+    history_samples: int = Field(default=30, ge=2, le=300)
+    """Own positions kept for the memory penalty."""
+    memory_scale_m: float = Field(default=0.5, gt=0)
+    """Width of the memory kernel."""
+    memory_weight: float = Field(default=0.15, ge=0)
+    """Weight of the memory penalty after an oscillation trigger."""
+    weight_heading: float = Field(default=0.6392, ge=0)
+    """alpha at or above the fine distance; swapped with gamma below it."""
+    weight_clearance: float = Field(default=0.0490, ge=0)
+    """beta."""
+    weight_velocity: float = Field(default=0.3118, ge=0)
+    """gamma at or above the fine distance; swapped with alpha below it."""
+    raw_scores: bool = False
+    """True: weights act on the plain scores (the source's literal form)."""
+
+    # reactive avoidance
+    field_gain_m2: float = Field(default=0.25, ge=0)
+    """eta: repulsion, relative to an attraction of 1, at 1 m from the inflated edge."""
+    field_influence_m: float = Field(default=2.5, gt=0)
+    """Distance from the inflated edge within which an obstacle repels."""
+    field_repulsion_max: float = Field(default=0.9, ge=0)
+    """Cap of the summed repulsion, relative to an attraction of 1."""
+    braking_share: float = Field(default=0.8, gt=0, le=1)
+    """Share of the vehicle's acceleration limit that braking may assume."""
+    reaction_s: float = Field(default=0.3, ge=0)
+    """Time from a decision until the vehicle brakes: its lag plus the age of what it sees."""
+    response_lag_s: float = Field(default=0.25, ge=0)
+    """Lag of the velocity loop; the roll-out starts where this lag puts the vehicle."""
+    obstacle_range_m: float = Field(default=15.0, gt=0)
+    """Obstacles beyond are ignored."""
+    unseen_speed_m_s: float = Field(default=1.5, gt=0)
+    """Speed limit into a sector that was not observed."""
+
+    # target and team
+    slot_range_m: float = Field(default=12.0, gt=0)
+    """Within this distance of the evader the goal is the own slot around it."""
+    lead_range_m: float = Field(default=25.0, gt=0)
+    """Between this distance and the slot range the goal moves from the game point to the intercept of the predicted motion."""
+    goal_spacing_m: float = Field(default=3.0, gt=0)
+    """Distance from the game point of the goals of pursuers that are not active there."""
+    slot_gain_per_s: float = Field(default=1.5, gt=0)
+    """Approach speed to the slot per metre of way left."""
+    slot_braking_share: float = Field(default=0.5, gt=0, le=1)
+    """Share of the acceleration limit that the approach to the slot plans with."""
+    evader_keep_out_m: float = Field(default=1.5, ge=0)
+    """Smallest distance from the evader, where the hold radius is larger than this; otherwise contact is allowed."""
+    evader_path_margin_m: float = Field(default=0.3, ge=0)
+    """Ways around the evader keep this much more."""
+    team_separation_m: float = Field(default=1.5, gt=0)
+    """Smallest distance from a teammate, centre to centre; less only where the hold radius demands it."""
+    vehicle_disc_m: float = Field(default=0.6, ge=0)
+    """A disc whose surface is this near to where another vehicle is or was within the trail is that vehicle, not an obstacle."""
+    vehicle_trail_s: float = Field(default=2.0, ge=0)
+    """Length of the trail of other vehicles."""
+    arrival_window_s: float = Field(default=1.0, gt=0)
+    """Pursuers arrive within this window."""
+    arrival_slowdown_min: float = Field(default=0.6, gt=0, le=1)
+    """An early pursuer keeps at least this share of its speed."""
+    arrival_margin_m: float = Field(default=8.0, ge=0)
+    """Early pursuers slow down only while the game point is this far from the boundary."""
+    face_evader_speed_m_s: float = Field(default=0.5, ge=0)
+    """Below this speed, within the slot range, the vehicle faces the evader; above it, its direction of travel."""
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Ac2fParameters:
+        if self.target_lost_s <= self.target_stale_s:
+            raise ValueError(f"target_lost_s = {self.target_lost_s} must be greater than target_stale_s = {self.target_stale_s}")
+        if self.lead_range_m <= self.slot_range_m:
+            raise ValueError(f"lead_range_m = {self.lead_range_m} must be greater than slot_range_m = {self.slot_range_m}")
+        if self.weight_heading + self.weight_clearance + self.weight_velocity <= 0.0:
+            raise ValueError("weight_heading, weight_clearance and weight_velocity are all 0; at least one must be positive")
+        return self
+
+    @property
+    def fine_trigger_m(self) -> float:
+        """The fine distance, never inside the capture radius: the fine stage must come before the capture."""
+        return max(self.fine_distance_m, self.capture.radius_m + self.fine_hysteresis_m)

@@ -1,0 +1,141 @@
+"""Reactive avoidance (section 4.2): attraction plus repulsion, and the velocity next to it that can still brake.
+
+The repulsion follows F_j = eta (p - o_j) / |p - o_j| / gap_j^2 within the influence distance; its sum is capped below the
+attraction, so that a wall seen as many small discs deflects and never reverses. The command is the velocity nearest to the
+wanted one from which the vehicle can still stop before every disc, relative to the disc's own motion.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from flightapp.core.types import Array
+from flightapp.planning.ac2f.braking import braking_speed_m_s
+from flightapp.planning.compiled import compiled
+from flightapp.planning.plane import Point, limited
+
+DIRECTIONS = 36
+SPEEDS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class FieldParameters:
+    """Gains of the field and what braking may assume."""
+
+    gain_m2: float
+    influence_m: float
+    repulsion_max: float
+    deceleration_m_s2: float
+    reaction_s: float
+
+
+@compiled("void(f8[:,::1],f8,f8,f8,f8,f8[::1])")
+def _repulsion(scene: Array, n: float, e: float, gain: float, influence_m: float, out: Array) -> None:
+    out[0] = 0.0
+    out[1] = 0.0
+    for i in range(scene.shape[0]):
+        dn = n - scene[i, 0]
+        de = e - scene[i, 1]
+        distance = math.hypot(dn, de)
+        gap = distance - scene[i, 2]
+        if gap < influence_m and distance > 1e-9:
+            gap = max(gap, 0.1)
+            force = gain / (gap * gap) / distance
+            out[0] += force * dn
+            out[1] += force * de
+
+
+@compiled("f8(f8[:,::1],f8,f8,f8,f8,f8,f8)")
+def _excess_m_s(scene: Array, n: float, e: float, vn: float, ve: float, deceleration_m_s2: float, reaction_s: float) -> float:
+    """By how much (vn, ve) is too fast, relative to the worst disc on its way; 0 where it is safe."""
+    excess = 0.0
+    for i in range(scene.shape[0]):
+        dn = scene[i, 0] - n
+        de = scene[i, 1] - e
+        un = vn - scene[i, 3]
+        ue = ve - scene[i, 4]
+        closing = un * dn + ue * de
+        if closing <= 0.0:
+            continue
+        speed2 = un * un + ue * ue
+        radius2 = scene[i, 2] * scene[i, 2]
+        miss2 = dn * dn + de * de - closing * closing / speed2
+        if miss2 >= radius2:
+            continue
+        speed = math.sqrt(speed2)
+        gap = closing / speed - math.sqrt(radius2 - miss2)
+        excess = max(excess, speed - braking_speed_m_s(gap, deceleration_m_s2, reaction_s))
+    return excess
+
+
+@compiled("void(f8[:,::1],f8,f8,f8,f8,f8,f8,f8,f8,f8,f8[::1])")
+def _choose(
+    scene: Array,
+    n: float,
+    e: float,
+    wish_n: float,
+    wish_e: float,
+    base_n: float,
+    base_e: float,
+    speed_max: float,
+    deceleration_m_s2: float,
+    reaction_s: float,
+    out: Array,
+) -> None:
+    out[0] = wish_n
+    out[1] = wish_e
+    out[2] = _excess_m_s(scene, n, e, wish_n, wish_e, deceleration_m_s2, reaction_s)
+    if out[2] == 0.0:
+        return
+    wish = math.hypot(wish_n, wish_e)
+    heading = math.atan2(wish_e, wish_n) if wish > 1e-9 else 0.0
+    unit_n = math.cos(heading)
+    unit_e = math.sin(heading)
+    best = 8.0 * out[2] + 0.1 * math.hypot(wish_n - base_n, wish_e - base_e)
+    for k in range(36):
+        angle = heading + k * (2.0 * math.pi / 36)
+        cos = math.cos(angle)
+        sin = math.sin(angle)
+        for j in range(6):
+            speed = wish * 0.5 * (j + 1) if j < 2 else speed_max * 0.25 * (j - 1)
+            if k == 0 and j == 1:
+                speed = 0.0
+            vn = speed * cos
+            ve = speed * sin
+            ahead = vn * unit_n + ve * unit_e
+            across = abs(ve * unit_n - vn * unit_e)
+            cost = abs(wish - ahead) + 0.3 * across + 0.1 * math.hypot(vn - base_n, ve - base_e)
+            if cost >= best:
+                continue
+            excess = _excess_m_s(scene, n, e, vn, ve, deceleration_m_s2, reaction_s)
+            cost += 8.0 * excess
+            if cost < best:
+                best = cost
+                out[0] = vn
+                out[1] = ve
+                out[2] = excess
+
+
+def deflected(scene: Array, own: Point, wish: Point, field: FieldParameters) -> Point:
+    """`wish` (m/s) turned by the repulsion of `scene` (m, 5) at `own` (m), at the same speed."""
+    speed = math.hypot(*wish)
+    if speed < 1e-6:
+        return wish
+    force = np.empty(2)
+    _repulsion(scene, own[0], own[1], field.gain_m2, field.influence_m, force)
+    push = limited((float(force[0]), float(force[1])), field.repulsion_max)
+    north, east = wish[0] / speed + push[0], wish[1] / speed + push[1]
+    length = math.hypot(north, east)
+    return (north * speed / length, east * speed / length) if length > 1e-6 else wish
+
+
+def safe_velocity(scene: Array, own: Point, wish: Point, base: Point, speed_max_m_s: float, field: FieldParameters) -> Point:
+    """The velocity (m/s) nearest to `wish` that can brake before every disc of `scene`; `base` breaks ties against chatter."""
+    out = np.empty(3)
+    _choose(
+        scene, own[0], own[1], wish[0], wish[1], base[0], base[1], speed_max_m_s, field.deceleration_m_s2, field.reaction_s, out
+    )
+    return float(out[0]), float(out[1])

@@ -1,0 +1,25 @@
+"""The one way in which this package compiles a kernel: explicit signature, at import, cached, without the interpreter lock.
+
+A call with another dtype or memory layout raises TypeError instead of compiling in flight. Floating point stays strict, so
+the same inputs give the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+import numba
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def compiled(signature: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Decorator that compiles a function of floats and float64 arrays for `signature`."""
+
+    def wrap(function: Callable[P, R]) -> Callable[P, R]:
+        kernel: Callable[P, R] = numba.njit(signature, cache=True, nogil=True, error_model="numpy")(function)
+        return kernel
+
+    return wrap

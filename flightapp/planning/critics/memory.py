@@ -1,0 +1,36 @@
+"""Memory: how much a candidate revisits where the vehicle has just been."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flightapp.core.types import Array
+from flightapp.planning.compiled import compiled
+
+
+@compiled("void(f8[:,:,::1],i8,f8[:,::1],f8,f8[::1])")
+def _memory(paths: Array, steps: int, history: Array, scale_m: float, out: Array) -> None:
+    reach2 = 9.0 * scale_m * scale_m
+    factor = -0.5 / (scale_m * scale_m)
+    for c in range(paths.shape[0]):
+        total = 0.0
+        for k in range(steps):
+            for h in range(history.shape[0]):
+                dn = paths[c, k, 0] - history[h, 0]
+                de = paths[c, k, 1] - history[h, 1]
+                distance2 = dn * dn + de * de
+                if distance2 < reach2:
+                    total += math.exp(factor * distance2)
+        out[c] = total
+
+
+def memory(paths: Array, steps: int, history: Array, scale_m: float) -> Array:
+    """Sum of exp(-d^2 / (2 scale^2)) over the first `steps` points of each path and the history, (n,); a penalty.
+
+    paths (n, >=steps, 2) and history (h, 2) in m; the kernel is cut off at three scales.
+    """
+    out = np.empty(len(paths))
+    _memory(paths, steps, history, scale_m, out)
+    return out

@@ -1,0 +1,86 @@
+"""Small planar geometry on (north, east) tuples, in metres; used once a control period where arrays would cost more."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+from flightapp.core.types import Boundary
+
+Point = tuple[float, float]
+Segment = tuple[Point, Point]
+
+
+def planar(vector: Sequence[float]) -> Point:
+    """North and east of a (2,) or (3,) vector as plain floats."""
+    return float(vector[0]), float(vector[1])
+
+
+def unit(vector: Point) -> Point:
+    """`vector` at length 1; (0, 0) stays."""
+    length = math.hypot(*vector)
+    return (vector[0] / length, vector[1] / length) if length > 0.0 else (0.0, 0.0)
+
+
+def limited(vector: Point, length_max: float) -> Point:
+    """`vector`, shortened to `length_max` where it is longer."""
+    length = math.hypot(*vector)
+    if length <= length_max:
+        return vector
+    return vector[0] * length_max / length, vector[1] * length_max / length
+
+
+def towards(start: Point, goal: Point) -> Point:
+    """Unit vector from `start` to `goal`."""
+    return unit((goal[0] - start[0], goal[1] - start[1]))
+
+
+def segments(boundary: Boundary) -> tuple[Segment, ...]:
+    """The sides of `boundary`, in order."""
+    corners = [planar(vertex) for vertex in boundary.vertices_m.tolist()]
+    if boundary.closed:
+        corners.append(corners[0])
+    return tuple(itertools.pairwise(corners))
+
+
+def nearest_on_segment(point: Point, segment: Segment) -> Point:
+    """The point of `segment` nearest to `point`."""
+    (an, ae), (bn, be) = segment
+    dn, de = bn - an, be - ae
+    length2 = dn * dn + de * de
+    if length2 == 0.0:
+        return an, ae
+    fraction = min(1.0, max(0.0, ((point[0] - an) * dn + (point[1] - ae) * de) / length2))
+    return an + fraction * dn, ae + fraction * de
+
+
+def nearest_on(point: Point, sides: Sequence[Segment]) -> Point:
+    """The point of a polyline nearest to `point`."""
+    return min((nearest_on_segment(point, side) for side in sides), key=lambda found: math.dist(found, point))
+
+
+def distance_to(point: Point, sides: Sequence[Segment]) -> float:
+    """Distance of `point` from a polyline, m."""
+    return math.dist(point, nearest_on(point, sides))
+
+
+def inside(point: Point, sides: Sequence[Segment]) -> bool:
+    """Whether `point` lies inside the closed polygon of `sides`."""
+    crossings = 0
+    for (an, ae), (bn, be) in sides:
+        if (ae > point[1]) != (be > point[1]) and point[0] < (bn - an) * (point[1] - ae) / (be - ae) + an:
+            crossings += 1
+    return crossings % 2 == 1
+
+
+def crosses(start: Point, end: Point, sides: Sequence[Segment]) -> bool:
+    """Whether the way `start` -> `end` passes through the polyline `sides`."""
+    return any(
+        _side_of(a, b, start) * _side_of(a, b, end) < 0.0 and _side_of(start, end, a) * _side_of(start, end, b) <= 0.0
+        for a, b in sides
+    )
+
+
+def _side_of(a: Point, b: Point, point: Point) -> float:
+    return (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0])

@@ -1,0 +1,307 @@
+"""Closed loop without sleeping: planners, velocity-lagged vehicles, disc sensing; the test bed of this folder.
+
+Vehicles follow the commanded velocity with a first-order lag under an acceleration limit, planar. Sensing is ideal within
+its range, or a camera: field of view, noise, latency, and a short memory of what left the view.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from flightapp.config.mission import Box, Mission, load_mission
+from flightapp.core.angles import wrap_pi
+from flightapp.core.types import (
+    Array,
+    Boundary,
+    Decision,
+    Limits,
+    Observation,
+    ObstacleSet,
+    TargetTrack,
+    TeamMember,
+    VehicleState,
+)
+from flightapp.planning import make_evader, make_planner
+from flightapp.planning.api import Planner
+from flightapp.planning.capture import CaptureRule, Dwell, encircled
+from flightapp.planning.plane import crosses, segments
+
+DT_S = 1.0 / 30.0
+LAG_S = 0.25
+DEMO = Path(__file__).parents[2] / "missions" / "demo_two_pursuers.toml"
+
+
+def limits(speed_max_m_s: float = 5.0) -> Limits:
+    """The multirotor of the simulation profile."""
+    return Limits(speed_max_m_s, 5.0, 40.0, 3.0, 12.0, 2.0, 0.35, 0.45)
+
+
+@dataclass
+class Body:
+    """One vehicle: planar lag with acceleration limit, yaw with rate limit."""
+
+    position: Array
+    velocity: Array
+    yaw_rad: float
+    limits: Limits
+
+    def move(self, command: Array, yaw_rad: float, wind: Array) -> None:
+        change = (command[:2] - self.velocity) * min(1.0, DT_S / LAG_S) + wind * DT_S
+        reach = self.limits.acceleration_max_m_s2 * DT_S
+        length = float(np.hypot(*change))
+        self.velocity = self.velocity + change * min(1.0, reach / max(length, 1e-12))
+        self.position = self.position + self.velocity * DT_S
+        turn = wrap_pi(yaw_rad - self.yaw_rad)
+        limit = self.limits.yaw_rate_max_rad_s * DT_S
+        self.yaw_rad = wrap_pi(self.yaw_rad + max(-limit, min(limit, turn)))
+
+    def state(self, t_s: float) -> VehicleState:
+        return VehicleState(t_s, np.array((*self.position, -5.0)), np.array((*self.velocity, 0.0)), self.yaw_rad)
+
+
+@dataclass(frozen=True)
+class Sensing:
+    """How obstacles are seen; the default is ideal."""
+
+    range_m: float = 10.0
+    field_of_view_rad: float = 2.0 * math.pi
+    latency_s: float = 0.0
+    noise_m: float = 0.0
+    memory_s: float = 0.0
+    sees_vehicles: bool = False
+
+
+CAMERA = Sensing(field_of_view_rad=math.radians(87.0), latency_s=0.06, noise_m=0.05, memory_s=2.0, sees_vehicles=True)
+
+
+class Eye:
+    """Discs of one vehicle through `Sensing`."""
+
+    def __init__(self, sensing: Sensing, world: Array, random: np.random.Generator) -> None:
+        self._sensing = sensing
+        self._world = world
+        self._random = random
+        self._seen_s = np.full(len(world), -math.inf)
+        self._pipe: deque[tuple[float, Array, Array]] = deque()
+
+    def look(self, t_s: float, body: Body, vehicles: list[Body]) -> ObstacleSet:
+        sensing = self._sensing
+        offset = self._world[:, :2] - body.position
+        distance = np.hypot(offset[:, 0], offset[:, 1])
+        bearing = np.arctan2(offset[:, 1], offset[:, 0]) - body.yaw_rad
+        bearing = np.abs((bearing + math.pi) % (2 * math.pi) - math.pi)
+        visible = (distance - self._world[:, 2] < sensing.range_m) & (bearing < sensing.field_of_view_rad / 2)
+        self._seen_s[visible] = t_s
+        known = self._world[t_s - self._seen_s <= sensing.memory_s + 1e-9].copy()
+        if sensing.sees_vehicles:
+            sightings = [[*(v.position), 0.3, 0.0, 0.0, -np.inf, np.inf] for v in vehicles]
+            known = np.vstack((known, np.array(sightings).reshape(-1, 7)))
+        if sensing.noise_m > 0.0:
+            known[:, :2] += self._random.normal(0.0, sensing.noise_m, (len(known), 2))
+        half = sensing.field_of_view_rad / 2
+        unseen = np.zeros((0, 2))
+        if half < math.pi - 1e-9:
+            unseen = np.array([[wrap_pi(body.yaw_rad + half), wrap_pi(body.yaw_rad - half)]])
+        self._pipe.append((t_s, known, unseen))
+        while len(self._pipe) > 1 and self._pipe[1][0] <= t_s - sensing.latency_s + 1e-9:
+            self._pipe.popleft()
+        stamp, discs, sectors = self._pipe[0]
+        return ObstacleSet(stamp, discs, sectors)
+
+
+@dataclass
+class Flight:
+    """What happened."""
+
+    captured_s: float | None = None
+    crossed_s: float | None = None
+    clearance_m: float = math.inf
+    separation_m: float = math.inf
+    evader_distance_m: float = math.inf
+    modes: list[set[str]] = field(default_factory=list)
+    log: list[tuple[float, list[Array], list[Decision]]] = field(default_factory=list)
+    observations: list[list[Observation]] = field(default_factory=list)
+
+    @property
+    def success(self) -> bool:
+        return self.captured_s is not None and self.clearance_m > 0.0 and self.crossed_s is None
+
+
+@dataclass
+class Scenario:
+    """One flight to fly: world discs (n, 7), starts (north, east, yaw), the last being the evader's."""
+
+    world: Array
+    pursuers: list[tuple[float, float, float]]
+    evader: tuple[float, float, float]
+    boundary: Boundary
+    rule: CaptureRule
+    evader_name: str = "boundary-seeking"
+    evader_parameters: dict[str, object] = field(default_factory=dict)
+    evader_speed_m_s: float = 2.5
+    pursuer_speed_m_s: float = 5.0
+    planner: str = "ac2f"
+    parameters: dict[str, object] = field(default_factory=dict)
+    sensing: Sensing = Sensing()
+    time_limit_s: float = 60.0
+    wind: tuple[float, float] = (0.0, 0.0)
+    target_noise_m: float = 0.0
+
+
+def disc(north: float, east: float, radius: float) -> list[float]:
+    return [north, east, radius, 0.0, 0.0, -math.inf, math.inf]
+
+
+def box_discs(box: Box, radius_m: float = 0.3) -> list[list[float]]:
+    """Rows of small discs along the walls of `box`."""
+    heading = math.radians(box.heading_deg)
+    half_long, half_wide = box.length_m / 2 - radius_m, box.width_m / 2 - radius_m
+    corners = [(half_long, half_wide), (half_long, -half_wide), (-half_long, -half_wide), (-half_long, half_wide)]
+    discs = []
+    for (a0, a1), (b0, b1) in zip(corners, corners[1:] + corners[:1], strict=True):
+        count = max(2, math.ceil(math.dist((a0, a1), (b0, b1)) / radius_m))
+        for k in range(count):
+            along, across = a0 + (b0 - a0) * k / count, a1 + (b1 - a1) * k / count
+            north = box.north_m + along * math.cos(heading) - across * math.sin(heading)
+            east = box.east_m + along * math.sin(heading) + across * math.cos(heading)
+            discs.append(disc(north, east, radius_m))
+    return discs
+
+
+def world_of(mission: Mission) -> Array:
+    discs = [disc(c.north_m, c.east_m, c.radius_m) for c in mission.obstacles.cylinders]
+    for box in mission.obstacles.boxes:
+        discs.extend(box_discs(box))
+    return np.array(discs, dtype=np.float64).reshape(-1, 7)
+
+
+def demo(seed: int = 0, **changes: object) -> Scenario:
+    """The demo mission, its starts shaken by `seed` (0: as written)."""
+    mission = load_mission(DEMO)
+    random = np.random.default_rng(seed)
+    places = []
+    for vehicle in mission.vehicles:
+        shake = random.uniform(-1.0, 1.0, 2) if seed else np.zeros(2)
+        sideways = random.uniform(-10.0, 10.0) if seed and vehicle.role == "evader" else 0.0
+        yaw = math.radians(vehicle.start.heading_deg)
+        places.append((vehicle.start.north_m + shake[0], vehicle.start.east_m + shake[1] + sideways, yaw))
+    scenario = Scenario(
+        world_of(mission), places[:2], places[2], mission.boundary.as_boundary(), CaptureRule(**mission.capture.model_dump())
+    )
+    scenario.parameters = {"evader_speed_assumed_m_s": mission.evader_speed_assumed_m_s}
+    for name, value in changes.items():
+        setattr(scenario, name, value)
+    return scenario
+
+
+def random_field(seed: int, obstacles: int = 20) -> Scenario:
+    """75 m x 50 m with random discs, two pursuers, a boundary line: the source's dense scenario in kind."""
+    random = np.random.default_rng(1000 + seed)
+    starts = [(2.0, 18.0), (2.0, 32.0), (70.0, float(random.uniform(10.0, 40.0)))]
+    discs: list[list[float]] = []
+    while len(discs) < obstacles:
+        north, east, radius = random.uniform(8.0, 64.0), random.uniform(2.0, 48.0), random.uniform(0.4, 1.5)
+        apart = all(math.dist((north, east), (d[0], d[1])) > radius + d[2] + 2.5 for d in discs)
+        if apart and all(math.dist((north, east), start) > radius + 3.0 for start in starts):
+            discs.append(disc(north, east, radius))
+    places = []
+    for (north, east), yaw in zip(starts, (0.0, 0.0, math.pi), strict=True):
+        shake = random.uniform(-1.0, 1.0, 2)
+        places.append((north + shake[0], east + shake[1], wrap_pi(yaw + random.uniform(-math.pi / 4, math.pi / 4))))
+    boundary = Boundary(np.array([[0.0, 0.0], [0.0, 50.0]]), False)
+    rule = CaptureRule(radius_m=3.0, hold_radius_m=2.2, hold_tolerance_m=1.0, angular_gap_min_deg=90.0, dwell_s=1.0)
+    parameters: dict[str, object] = {"evader_speed_assumed_m_s": 2.5}
+    return Scenario(np.array(discs), places[:2], places[2], boundary, rule, parameters=parameters)
+
+
+def fly(scenario: Scenario, seed: int = 0, *, keep: bool = False) -> Flight:
+    """Fly `scenario` to capture, crossing or time limit."""
+    random = np.random.default_rng(seed)
+    parameters = {"capture": scenario.rule.model_dump(), **scenario.parameters}
+    count = len(scenario.pursuers)
+    speeds = [scenario.pursuer_speed_m_s] * count + [scenario.evader_speed_m_s]
+    bodies = [
+        Body(np.array(start[:2]), np.zeros(2), start[2], limits(speed))
+        for start, speed in zip([*scenario.pursuers, scenario.evader], speeds, strict=True)
+    ]
+    planners: list[Planner] = [
+        make_planner(scenario.planner, limits=limits(scenario.pursuer_speed_m_s), parameters=parameters, seed=seed)
+        for _ in range(count)
+    ]
+    planners.append(
+        make_evader(
+            scenario.evader_name,
+            limits=limits(scenario.evader_speed_m_s),
+            parameters=scenario.evader_parameters,
+            seed=seed,
+        )
+    )
+    eyes = [Eye(scenario.sensing, scenario.world, random) for _ in range(count)]
+    eyes.append(Eye(Sensing(), scenario.world, random))
+    etas: list[float | None] = [None] * count
+    modes = ["hold"] * count
+    flight = Flight(modes=[set() for _ in bodies])
+    dwell = Dwell(scenario.rule.dwell_s)
+    sides = segments(scenario.boundary)
+    wind = np.array(scenario.wind)
+    for tick in range(round(scenario.time_limit_s / DT_S)):
+        t_s = tick * DT_S
+        states = [body.state(t_s) for body in bodies]
+        track = _track(states[-1], t_s, scenario.target_noise_m, random)
+        observations = []
+        for index, body in enumerate(bodies):
+            team = tuple(
+                TeamMember(f"p{other + 1}", states[other], modes[other], etas[other], 0.0)
+                for other in range(count)
+                if other != index
+            )
+            others = [other for other in bodies if other is not body]
+            discs = eyes[index].look(t_s, body, others)
+            target = track if index < count else None
+            observations.append(Observation(t_s, DT_S, states[index], team, target, discs, scenario.boundary))
+        decisions = [planner.step(observation) for planner, observation in zip(planners, observations, strict=True)]
+        for index, decision in enumerate(decisions):
+            flight.modes[index].add(decision.mode)
+        for index in range(count):
+            eta = decisions[index].diagnostics["eta_s"]
+            etas[index] = eta if isinstance(eta, float) else None
+            modes[index] = decisions[index].mode
+        if keep:
+            flight.log.append((t_s, [body.position.copy() for body in bodies], decisions))
+            flight.observations.append(observations)
+        before = bodies[-1].position.copy()
+        for body, decision in zip(bodies, decisions, strict=True):
+            body.move(decision.velocity_ned_m_s, decision.yaw_rad, wind)
+        _judge(flight, scenario, bodies)
+        evader = (float(bodies[-1].position[0]), float(bodies[-1].position[1]))
+        if crosses((float(before[0]), float(before[1])), evader, sides):
+            flight.crossed_s = t_s
+            return flight
+        pursuers = [(float(body.position[0]), float(body.position[1])) for body in bodies[:-1]]
+        if dwell.update(t_s, encircled(evader, pursuers, scenario.rule)):
+            flight.captured_s = t_s
+            return flight
+    return flight
+
+
+def _track(state: VehicleState, t_s: float, noise_m: float, random: np.random.Generator) -> TargetTrack:
+    noise = np.array((*random.normal(0.0, noise_m, 2), 0.0)) if noise_m > 0.0 else np.zeros(3)
+    return TargetTrack(t_s, state.position_ned_m + noise, state.velocity_ned_m_s, np.eye(6) * 0.01, 0.0)
+
+
+def _judge(flight: Flight, scenario: Scenario, bodies: list[Body]) -> None:
+    body_radius = bodies[0].limits.body_radius_m
+    for index, body in enumerate(bodies[:-1]):
+        if len(scenario.world):
+            offset = scenario.world[:, :2] - body.position
+            clearance = float((np.hypot(offset[:, 0], offset[:, 1]) - scenario.world[:, 2]).min()) - body_radius
+            flight.clearance_m = min(flight.clearance_m, clearance)
+        evader = float(np.hypot(*(body.position - bodies[-1].position)))
+        flight.evader_distance_m = min(flight.evader_distance_m, evader)
+        for other in bodies[index + 1 : -1]:
+            flight.separation_m = min(flight.separation_m, float(np.hypot(*(body.position - other.position))))
