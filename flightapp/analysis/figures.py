@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,9 @@ Figure = dict[str, Any]
 _FONT = {"family": "system-ui, -apple-system, 'Segoe UI', Roboto, Arial, sans-serif", "size": 13, "color": "#1f2933"}
 _GRID = "#e4e7eb"
 _RED = "#b42318"
+_PAPER = "rgba(255,255,255,0.85)"
+_LEGEND_PX = 470
+"""Width of a chart that its legend may use."""
 _POINTS_MAX = 3000
 _CLEARANCE_SHOWN_M = 6.0
 
@@ -31,6 +35,7 @@ def map_figure(run: Run) -> Figure:
     layout["margin"] = {"l": 60, "r": 20, "t": 20, "b": 55}
     layout["legend"] = {"orientation": "v", "x": 1.01, "y": 1.0, "xanchor": "left", "yanchor": "top"}
     layout["hovermode"] = "closest"
+    layout["annotations"] = _mark_labels(data)
     layout["xaxis"] |= {"range": [data.low_m[1], data.high_m[1]], "constrain": "domain"}
     layout["yaxis"] |= {"range": [data.low_m[0], data.high_m[0]], "scaleanchor": "x", "scaleratio": 1, "constrain": "domain"}
     return {"data": traces, "layout": layout}
@@ -46,6 +51,7 @@ def chart_figures(run: Run) -> list[tuple[str, Figure]]:
         ("Planner step", _chart(run, "ms", _decision_latencies(run), None, markers=True)),
         ("Camera to action", _chart(run, "ms", _camera_latencies(run), None, markers=True)),
         ("Age of what is known of the others", _chart(run, "s", _link_ages(run), None)),
+        ("Processor load", _chart(run, "% of a core", _processor_loads(run), None)),
     ]
     return [(title, figure) for title, figure in charts if figure["data"]]
 
@@ -116,31 +122,44 @@ def _flown(data: MapData) -> list[Figure]:
 
 
 def _marks(data: MapData) -> list[Figure]:
-    traces = []
-    for kind, symbol, size, name in (("start", "circle", 10, "start"), ("capture", "star", 17, "capture")):
-        marks = [marker for marker in data.markers if marker.kind == kind]
-        if marks:
-            traces.append(
-                {
-                    "type": "scatter",
-                    "mode": "markers+text",
-                    "name": name,
-                    "x": _rounded([mark.point_m[1] for mark in marks]),
-                    "y": _rounded([mark.point_m[0] for mark in marks]),
-                    "text": [f"<b>{mark.text}</b>" for mark in marks],
-                    "textposition": "bottom center" if kind == "start" else "middle right",
-                    "textfont": {"color": [mark.colour for mark in marks]},
-                    "marker": {
-                        "symbol": symbol,
-                        "size": size,
-                        "color": [mark.colour for mark in marks],
-                        "line": {"color": "#ffffff", "width": 1.5},
-                    },
-                    "hoverinfo": "text",
-                    "showlegend": False,
-                }
-            )
-    return traces
+    return [
+        {
+            "type": "scatter",
+            "mode": "markers",
+            "x": _rounded([mark.point_m[1]]),
+            "y": _rounded([mark.point_m[0]]),
+            "marker": {
+                "symbol": "star" if mark.kind == "capture" else "circle",
+                "size": 17 if mark.kind == "capture" else 10,
+                "color": mark.colour,
+                "line": {"color": "#ffffff", "width": 1.5},
+            },
+            "hoverinfo": "skip",
+            "showlegend": False,
+        }
+        for mark in data.markers
+    ]
+
+
+def _mark_labels(data: MapData) -> list[Figure]:
+    return [
+        {
+            "x": mark.point_m[1],
+            "y": mark.point_m[0],
+            "text": f"<b>{escape(mark.text)}</b>",
+            "font": {"color": mark.colour},
+            "bgcolor": _PAPER,
+            "showarrow": mark.kind == "capture",
+            "arrowcolor": mark.colour,
+            "arrowwidth": 1,
+            "arrowhead": 0,
+            "standoff": 8,
+            "ax": 95,
+            "ay": -55,
+            "yshift": 0 if mark.kind == "capture" else 18 if mark.label_above else -18,
+        }
+        for mark in data.markers
+    ]
 
 
 def _chart(
@@ -153,9 +172,17 @@ def _chart(
     shown_max: float | None = None,
 ) -> Figure:
     layout = _layout("time since the pursuit began, s", unit)
-    layout["height"] = 270
-    layout["margin"] = {"l": 60, "r": 20, "t": 34, "b": 45}
-    layout["legend"] = {"orientation": "h", "x": 0.0, "y": 1.02, "xanchor": "left", "yanchor": "bottom"}
+    top = 14 + 20 * _legend_rows(traces)
+    layout["height"] = 225 + top
+    layout["margin"] = {"l": 60, "r": 20, "t": top, "b": 45}
+    layout["legend"] = {
+        "orientation": "h",
+        "x": 0.0,
+        "y": 1.02,
+        "xanchor": "left",
+        "yanchor": "bottom",
+        "itemsizing": "constant",
+    }
     layout["showlegend"] = True
     layout["xaxis"]["range"] = list(_span_s(run))
     layout["yaxis"]["rangemode"] = "tozero"
@@ -168,6 +195,12 @@ def _chart(
     return {"data": traces, "layout": layout}
 
 
+def _legend_rows(traces: list[Figure]) -> int:
+    """Rows that the legend takes; plotly gives every entry the width of the longest."""
+    widest = max((55 + 7 * len(trace["name"]) for trace in traces), default=1)
+    return -(-len(traces) // max(1, _LEGEND_PX // widest))
+
+
 def _reference_lines(run: Run, threshold: tuple[str, float] | None) -> tuple[list[Figure], list[Figure]]:
     shapes: list[Figure] = []
     notes: list[Figure] = []
@@ -176,14 +209,12 @@ def _reference_lines(run: Run, threshold: tuple[str, float] | None) -> tuple[lis
         at_s = when_s - origin_s(run)
         line = {"color": EVADER_COLOUR, "width": 1.2, "dash": "dot"}
         shapes.append({"type": "line", "x0": at_s, "x1": at_s, "yref": "paper", "y0": 0, "y1": 1, "line": line})
-        note = {"x": at_s, "yref": "paper", "y": 1.0, "text": "captured", "showarrow": False, "xanchor": "left", "yanchor": "top"}
-        notes.append(note | {"xshift": 4, "font": {"size": 11, "color": EVADER_COLOUR}})
     if threshold is not None:
         name, value = threshold
         line = {"color": _RED, "width": 1.2, "dash": "dash"}
         shapes.append({"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": value, "y1": value, "line": line})
         note = {"xref": "paper", "x": 1.0, "y": value, "text": name, "showarrow": False, "xanchor": "right", "yanchor": "bottom"}
-        notes.append(note | {"font": {"size": 11, "color": _RED}})
+        notes.append(note | {"font": {"size": 11, "color": _RED}, "bgcolor": _PAPER})
     return shapes, notes
 
 
@@ -194,8 +225,8 @@ def _layout(x_title: str, y_title: str) -> Figure:
         "paper_bgcolor": "#ffffff",
         "plot_bgcolor": "#ffffff",
         "hovermode": "x unified",
-        "xaxis": axis | {"title": {"text": x_title, "standoff": 8}},
-        "yaxis": axis | {"title": {"text": y_title, "standoff": 8}},
+        "xaxis": axis | {"title": {"text": x_title, "standoff": 8, "font": {"size": 12}}},
+        "yaxis": axis | {"title": {"text": y_title, "standoff": 8, "font": {"size": 12}}},
     }
 
 
@@ -299,6 +330,11 @@ def _camera_latencies(run: Run) -> list[Figure]:
             name = f"{vehicle.name}, frame to setpoint"
             traces.append(_trace(run, vehicle.name, name, setpoints.t_s[new], latency, symbol="cross"))
     return traces
+
+
+def _processor_loads(run: Run) -> list[Figure]:
+    healths = {vehicle.name: vehicle.recording.topic("/health") for vehicle in run.vehicles}
+    return [_trace(run, name, name, s.t_s, s.column("cpu_fraction") * 100.0) for name, s in healths.items() if len(s)]
 
 
 def _link_ages(run: Run) -> list[Figure]:

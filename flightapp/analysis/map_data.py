@@ -10,14 +10,15 @@ import numpy as np
 
 from flightapp.analysis.outcome import captured_s, pursuers_of, pursuit_start_s
 from flightapp.analysis.run import Run, VehicleRun
-from flightapp.analysis.track import Window
 from flightapp.config.mission import Box
 from flightapp.core.types import Array
+from flightapp.recording.phases import Window
 from flightapp.recording.reader import discs_of
 
-VEHICLE_COLOURS = ("#0072b2", "#009e73", "#8a4fbf", "#3aa5d8", "#7a6a00", "#c2589a")
+VEHICLE_COLOURS = ("#0072b2", "#009e73", "#1d3557", "#56b4e9", "#8c6d1f", "#5f6c7b")
 EVADER_COLOUR = "#d1495b"
-MODE_COLOURS = ("#0072b2", "#009e73", "#8a4fbf", "#3aa5d8", "#c2589a", "#7a6a00", "#4a5568")
+MODE_COLOURS = ("#7b61d1", "#00a0c6", "#c2589a", "#7f9a1b", "#946c00", "#4a5568")
+INK = "#1f2933"
 OTHER_COLOUR = "#b8bfc8"
 OTHER_LABEL = "before and after the pursuit"
 EVADER_LABEL = "evader"
@@ -43,6 +44,8 @@ class Marker:
     text: str
     colour: str
     point_m: tuple[float, float]
+    label_above: bool
+    """The side of the point on which the track leaves room for the text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +111,6 @@ def vehicle_colours(run: Run) -> dict[str, str]:
 
 def _tracks(run: Run) -> tuple[list[Stretch], list[Marker]]:
     zero_s = origin_s(run)
-    colours = vehicle_colours(run)
     modes: dict[str, str] = {}
     stretches: list[Stretch] = []
     markers: list[Marker] = []
@@ -126,12 +128,15 @@ def _tracks(run: Run) -> tuple[list[Stretch], list[Marker]]:
             part = slice(first, min(last + 1, len(labels)))
             label = labels[first]
             stretches.append(Stretch(vehicle.name, label, known[label], track.t_s[part] - zero_s, track.position_ned_m[part, :2]))
-        start = track.position_ned_m[0]
-        markers.append(Marker("start", vehicle.name, colours[vehicle.name], (float(start[0]), float(start[1]))))
+        start, middle = track.position_ned_m[0], track.position_ned_m[len(track) // 2]
+        colour = EVADER_COLOUR if vehicle.role == "evader" else INK
+        above = bool(middle[0] < start[0])
+        markers.append(Marker("start", vehicle.name, colour, (float(start[0]), float(start[1])), above))
     when_s, evader = captured_s(run), run.evader_track()
     if when_s is not None and evader is not None and evader.t_s[0] <= when_s <= evader.t_s[-1]:
         where = evader.at(np.array([when_s])).position_ned_m[0]
-        markers.append(Marker("capture", f"captured, {when_s - zero_s:.1f} s", EVADER_COLOUR, (float(where[0]), float(where[1]))))
+        text = f"captured, {when_s - zero_s:.1f} s"
+        markers.append(Marker("capture", text, EVADER_COLOUR, (float(where[0]), float(where[1])), True))
     return stretches, markers
 
 

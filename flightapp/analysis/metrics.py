@@ -13,9 +13,9 @@ import numpy as np
 
 from flightapp.analysis import motion, timing
 from flightapp.analysis.outcome import captured_s, pursuers_of
-from flightapp.analysis.phases import AIRBORNE, OFFBOARD
 from flightapp.analysis.run import Run, VehicleRun
-from flightapp.analysis.track import Track, Window
+from flightapp.analysis.track import Track
+from flightapp.recording.phases import AIRBORNE, OFFBOARD, Window
 from flightapp.sim.world import World
 
 Figures = dict[str, Any]

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from flightapp.analysis.track import Track, Window
+from flightapp.analysis.track import Track
 from flightapp.core.clearance import NO_OBSTACLE_M, closest_approach_m
 from flightapp.core.types import Array, Boundary
+from flightapp.recording.phases import Window
 from flightapp.sim.world import World
 
 _JERK_STEP_S = 0.2

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flightapp.analysis.phases import Phases
 from flightapp.analysis.run import Run, VehicleRun
+from flightapp.recording.phases import Phases
 
 
 def fold_outcome(run: Run) -> str | None:

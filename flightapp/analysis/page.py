@@ -60,7 +60,7 @@ def _page(run: Run, summary: Summary) -> str:
 <div class="columns"><section><h2>Figures</h2>{figures_table(summary)}</section>
 <section><h2>Vehicles</h2>{vehicles_table(summary)}</section></div>
 <section><h2>Map</h2><p class="note">{escape(_map_note(run))}</p><div id="map"></div></section>
-<section><h2>Over time</h2><div class="charts">{plots}</div></section>
+<section><h2>Over time</h2><p class="note">{_time_note(summary)}</p><div class="charts">{plots}</div></section>
 <section><h2>Events</h2>{events_table(run)}</section>
 <section><h2>Recordings</h2>{recordings_table(summary)}</section>"""
     return (
@@ -77,7 +77,8 @@ def _script(figures: list[tuple[str, Figure]]) -> str:
     return (
         f"const figures = {data};"
         "for (const [id, figure] of Object.entries(figures))"
-        " Plotly.newPlot(id, figure.data, figure.layout, {responsive: true, displaylogo: false});"
+        " Plotly.newPlot(id, figure.data, figure.layout,"
+        " {responsive: true, displaylogo: false, displayModeBar: id === 'map'});"
     )
 
 
@@ -98,6 +99,11 @@ def _subtitle(run: Run, summary: Summary) -> str:
     if summary["seed"] is not None:
         parts.append(f"seed {summary['seed']}")
     return ". ".join(parts)
+
+
+def _time_note(summary: Summary) -> str:
+    capture = "" if summary["capture_time_s"] is None else " The dotted vertical line marks the capture."
+    return f"From take-off to the end of the recordings; zero is the start of the pursuit.{capture}"
 
 
 def _map_note(run: Run) -> str:

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from flightapp.analysis.map_data import OTHER_LABEL, MapData, map_data
+from flightapp.analysis.map_data import INK, OTHER_LABEL, MapData, Marker, map_data
 from flightapp.analysis.run import Run, load_run
 from flightapp.analysis.summary import write_whole
 from flightapp.core.types import Array
@@ -18,7 +18,7 @@ from flightapp.core.types import Array
 Image = NDArray[np.uint8]
 _SIDE_PX = 1000
 _LEFT_PX, _TOP_PX, _BOTTOM_PX, _LEGEND_PX = 80, 30, 70, 300
-_INK, _GRID, _FENCE, _RED, _STONE, _AMBER = "#1f2933", "#e4e7eb", "#52606d", "#b42318", "#616e7c", "#d97706"
+_GRID, _FENCE, _RED, _STONE, _AMBER = "#e4e7eb", "#52606d", "#b42318", "#616e7c", "#d97706"
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # fractional bits of drawing coordinates
 
@@ -62,7 +62,7 @@ class _Canvas:
         for stretch in sorted(data.stretches, key=lambda one: one.label != OTHER_LABEL):
             self._line(stretch.points_m, stretch.colour, 1 if stretch.label == OTHER_LABEL else 3)
         for marker in data.markers:
-            self._marker(marker.kind, marker.text, marker.colour, marker.point_m)
+            self._marker(marker)
         self._legend()
         return self._image
 
@@ -105,16 +105,20 @@ class _Canvas:
         self._text("east, m", (_LEFT_PX + self._columns // 2, bottom + 52), align=0.5)
         self._text("north, m", (_LEFT_PX - 10, _TOP_PX - 10), align=0.5)
 
-    def _marker(self, kind: str, text: str, colour: str, point_m: tuple[float, float]) -> None:
-        column, row = (self._pixels(np.array([point_m]))[0, 0] >> _SHIFT).tolist()
-        if kind == "capture":
+    def _marker(self, marker: Marker) -> None:
+        column, row = (self._pixels(np.array([marker.point_m]))[0, 0] >> _SHIFT).tolist()
+        colour = marker.colour
+        if marker.kind == "capture":
             cv2.drawMarker(self._image, (column, row), _bgr("#ffffff"), cv2.MARKER_STAR, 26, 6, cv2.LINE_AA)
             cv2.drawMarker(self._image, (column, row), _bgr(colour), cv2.MARKER_STAR, 22, 2, cv2.LINE_AA)
-            self._text(text, (column + 18, row + 5), colour=colour, halo=True)
+            end = (column + 70, row - 50)
+            cv2.line(self._image, (column + 12, row - 9), end, _bgr(colour), 1, cv2.LINE_AA)
+            self._text(marker.text, (end[0] + 4, end[1]), colour=colour, halo=True)
         else:
             cv2.circle(self._image, (column, row), 7, _bgr("#ffffff"), cv2.FILLED, cv2.LINE_AA)
             cv2.circle(self._image, (column, row), 5, _bgr(colour), cv2.FILLED, cv2.LINE_AA)
-            self._text(text, (column, row + 24), align=0.5, colour=colour, halo=True)
+            below = -14 if marker.label_above else 24
+            self._text(marker.text, (column, row + below), align=0.5, colour=colour, halo=True)
 
     def _legend(self) -> None:
         data = self._data
@@ -129,11 +133,11 @@ class _Canvas:
             cv2.line(self._image, (column, row), (column + 24, row), _bgr(colour), 3, cv2.LINE_AA)
             self._text(label, (column + 34, row + 5))
 
-    def _text(self, text: str, at: tuple[int, int], *, align: float = 0.0, colour: str = _INK, halo: bool = False) -> None:
+    def _text(self, text: str, at: tuple[int, int], *, align: float = 0.0, colour: str = INK, halo: bool = False) -> None:
         (width, _), _ = cv2.getTextSize(text, _FONT, 0.5, 1)
         where = (at[0] - round(align * width), at[1])
         if halo:
-            cv2.putText(self._image, text, where, _FONT, 0.5, (255, 255, 255), 4, cv2.LINE_AA)
+            cv2.putText(self._image, text, where, _FONT, 0.5, _bgr("#ffffff"), 5, cv2.LINE_AA)
         cv2.putText(self._image, text, where, _FONT, 0.5, _bgr(colour), 1, cv2.LINE_AA)
 
 

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from flightapp.analysis.phases import Phases, phases_of
-from flightapp.analysis.track import Track, Window, track_of
+from flightapp.analysis.track import Track, track_of
 from flightapp.config.loading import Model, validate
 from flightapp.config.mission import Mission, load_mission
 from flightapp.config.profile import Profile, load_profile
 from flightapp.core.errors import InputError
+from flightapp.recording.phases import Phases, Window, phases_of
 from flightapp.recording.reader import Recording, Series, read_recording
 
 TRUTH_STEM = "truth"

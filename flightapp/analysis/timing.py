@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from flightapp.analysis.track import Window
 from flightapp.core.types import Array
+from flightapp.recording.phases import Window
 from flightapp.recording.reader import Recording, Series
 
 Spread = dict[str, float | None]

@@ -1,30 +1,14 @@
-"""Where one vehicle was: samples in the mission frame, and windows of time cut out of them."""
+"""Where one vehicle was: samples in the mission frame."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from flightapp.core.types import Array
+from flightapp.recording.phases import Window
 from flightapp.recording.reader import Series
-
-
-class Window(NamedTuple):
-    """A span of fleet time, both ends included, s."""
-
-    start_s: float
-    end_s: float
-
-    @property
-    def length_s(self) -> float:
-        return self.end_s - self.start_s
-
-    def common(self, other: Window) -> Window | None:
-        """What both windows have in common; None if nothing."""
-        start_s, end_s = max(self.start_s, other.start_s), min(self.end_s, other.end_s)
-        return Window(start_s, end_s) if start_s < end_s else None
 
 
 @dataclass(frozen=True, slots=True)
