@@ -29,12 +29,14 @@ class Supervisor:
     """Guards in a fixed order. One instance a vehicle; `check` is called once a control period.
 
     1. `stops`: a setpoint or own state that cannot be used ends here with zero velocity.
-    2. `limits`: speed, sectors, acceleration and jerk, yaw rate: comfort and capability, relative to the setpoint sent last.
-    3. `spatial`: fence, teammates, evader, obstacles, solved together, on what the limits left. They come last, so that no
-       limit can re-introduce what they forbid; when they brake they may exceed the acceleration and jerk limits, as braking must.
-    4. `finals`: the rules that the spatial guards can touch again. Height last, for the same reason; a sector limit again,
-       because going round something may turn the velocity into an unseen sector. It only scales the velocity down, which keeps
-       every bound that is not a retreat, and it is left out during a retreat.
+    2. `limits`: top speed, also with old obstacles and into unseen sectors.
+    3. `spatial`: fence, teammates, evader, obstacles, solved together; with teammates the keep-right rule.
+    4. `rates`: acceleration and jerk, yaw rate, relative to the setpoint sent last, towards what 3 allows.
+    5. The bounds of 3 again, on what the rates left: no limit can re-introduce what a spatial guard forbids. When they
+       brake or retreat here, they may exceed the acceleration and jerk limits, as braking must.
+    6. The sector limit again, because going round something may turn the velocity into an unseen sector; it only scales the
+       velocity down, which keeps every bound that is not a retreat, and is left out during a retreat.
+    7. `finals`: height, which nothing after the rates touches, for the same reason as 5.
     """
 
     def __init__(
@@ -43,6 +45,7 @@ class Supervisor:
         stops: Sequence[Guard],
         limits: Sequence[Guard],
         spatial: Sequence[SpatialGuard],
+        rates: Sequence[Guard],
         finals: Sequence[Guard],
         separation: SeparationGuard | None = None,
         unseen: UnseenSectorGuard | None = None,
@@ -51,6 +54,7 @@ class Supervisor:
         self._stops = tuple(stops)
         self._limits = tuple(limits)
         self._spatial = tuple(spatial)
+        self._rates = tuple(rates)
         self._finals = tuple(finals)
         self._separation = separation
         self._unseen = unseen
@@ -67,35 +71,29 @@ class Supervisor:
                 if not setpoint.velocity_ned_m_s.any():
                     return Supervised(setpoint, tuple(acting))
         setpoint = _run(self._limits, setpoint, context, acting)
-        setpoint, retreating = self._keep_clear(setpoint, context, acting)
-        if self._unseen is not None and not retreating:
+        wish, bounds = self._bounds(setpoint, context)
+        speed_max = self._speed.speed_max_m_s(context)
+        setpoint = _within(setpoint, wish, bounds, speed_max, acting)
+        setpoint = _run(self._rates, setpoint, context, acting)
+        setpoint = _within(setpoint, _planar(setpoint), bounds, speed_max, acting)
+        if self._unseen is not None and not any(bound.bound_m_s < 0.0 for bound in bounds):
             setpoint = _run((self._unseen,), setpoint, context, acting)
         return Supervised(_run(self._finals, setpoint, context, acting), tuple(acting))
 
-    def _keep_clear(self, setpoint: Setpoint, context: SafetyContext, acting: list[tuple[str, str]]) -> tuple[Setpoint, bool]:
-        """`setpoint` within the bounds of all spatial guards, and whether one of them asks for a retreat."""
-        north, east, down = setpoint.velocity_ned_m_s.tolist()
-        wish: Planar = (north, east)
-        turned = wish if self._separation is None else self._separation.give_way(wish, context)
-        speed_max = self._speed.speed_max_m_s(context)
+    def _bounds(self, setpoint: Setpoint, context: SafetyContext) -> tuple[Planar, list[VelocityBound]]:
+        """The planar wish, turned where it must give way, and the bounds of all spatial guards that it or a retreat can break."""
+        wish = _planar(setpoint)
         bounds: list[VelocityBound] = []
         if self._separation is not None:
-            bounds += self._separation.bounds(turned, speed_max, context)
-        speed = math.hypot(*turned)
+            rules = self._separation.rules(context)
+            wish = self._separation.give_way(wish, rules)
+            speed_max = self._speed.speed_max_m_s(context)
+            bounds = [rule.bound for rule in rules if rule.bound.bound_m_s < speed_max]
+        speed = math.hypot(*wish)
         for guard in self._spatial:
             retreat = max((-bound.bound_m_s for bound in bounds), default=0.0)
-            bounds += guard.bounds(turned, max(speed, retreat), context)
-        retreating = any(bound.bound_m_s < 0.0 for bound in bounds)
-        broken = breaking(wish, bounds) or breaking(turned, bounds)
-        if not broken:
-            return setpoint, retreating
-        allowed = project(turned, bounds, speed_max)
-        seen: set[str] = set()
-        for bound in broken:
-            if bound.guard not in seen:
-                seen.add(bound.guard)
-                acting.append((bound.guard, worst(wish, [other for other in broken if other.guard == bound.guard]).reason()))
-        return with_velocity(setpoint, allowed[0], allowed[1], down), retreating
+            bounds += guard.bounds(wish, max(speed, retreat), context)
+        return wish, bounds
 
 
 def make_supervisor(mission: Mission, profile: Profile, vehicle_name: str) -> Supervisor:
@@ -118,13 +116,19 @@ def make_supervisor(mission: Mission, profile: Profile, vehicle_name: str) -> Su
     speed = SpeedGuard(vehicle.speed_max_m_s)
     return Supervisor(
         stops=(FiniteGuard(), OwnStateAgeGuard(parameters)),
-        limits=(speed, ObstaclesAgeGuard(parameters), unseen, AccelerationGuard(parameters), YawRateGuard()),
+        limits=(speed, ObstaclesAgeGuard(parameters), unseen),
         spatial=spatial,
+        rates=(AccelerationGuard(parameters), YawRateGuard()),
         finals=(altitude,),
         separation=SeparationGuard(parameters, pursuers) if yields else None,
         unseen=unseen,
         speed=speed,
     )
+
+
+def _planar(setpoint: Setpoint) -> Planar:
+    north, east, _ = setpoint.velocity_ned_m_s.tolist()
+    return north, east
 
 
 def _run(guards: Sequence[Guard], setpoint: Setpoint, context: SafetyContext, acting: list[tuple[str, str]]) -> Setpoint:
@@ -134,3 +138,18 @@ def _run(guards: Sequence[Guard], setpoint: Setpoint, context: SafetyContext, ac
         if verdict.reason:
             acting.append((guard.name, verdict.reason))
     return setpoint
+
+
+def _within(
+    setpoint: Setpoint, wish: Planar, bounds: Sequence[VelocityBound], speed_max_m_s: float, acting: list[tuple[str, str]]
+) -> Setpoint:
+    """`setpoint` with the planar velocity nearest to `wish` that keeps all `bounds`; each guard is named once."""
+    before = _planar(setpoint)
+    broken = breaking(before, bounds) or breaking(wish, bounds)
+    if not broken:
+        return setpoint
+    named = {name for name, _ in acting}
+    new = [guard for guard in dict.fromkeys(bound.guard for bound in broken) if guard not in named]
+    acting += [(guard, worst(before, [bound for bound in broken if bound.guard == guard]).reason()) for guard in new]
+    north, east = project(wish, bounds, speed_max_m_s)
+    return with_velocity(setpoint, north, east, float(setpoint.velocity_ned_m_s[2]))

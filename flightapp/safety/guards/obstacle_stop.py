@@ -16,6 +16,7 @@ from flightapp.safety.parameters import SafetyParameters
 from flightapp.safety.velocity_bounds import Planar, VelocityBound
 
 TANGENT_SHARES = (0.0, -0.33, 0.33, -0.66, 0.66, -1.0, 1.0)
+ACTUAL_WEIGHT = 4.0
 VEHICLE_NEARBY_M = 0.5
 
 
@@ -23,10 +24,11 @@ class ObstacleStopGuard:
     """Specification: for each known disc there is a straight line between the vehicle and the disc (grown by the body radius
     and `obstacle_clearance_min_m`) such that the speed towards that line can be braked before it. Zero always passes.
 
-    Among lines that touch the grown disc the one is taken that the wanted and the actual velocity break least. So a
-    vehicle that passes beside a disc is left alone, however close and fast, and one that flies at it is stopped: the guard acts
-    later than any planner that keeps a margin. Discs that come closer are met with their closing speed taken off, down to a
-    standstill; discs that move away are given credit only where a teammate or the evader is known to be.
+    Among lines that touch the grown disc the one is taken that the wanted and the actual velocity break least, the actual one
+    counting more: it is what must be braked. So a vehicle that passes beside a disc is left alone, however close and fast, and
+    one that flies at it is braked, sliding past where it is free: the guard acts later than any planner that keeps a margin.
+    Discs that come closer are met with their closing speed taken off, down to a standstill; discs that move
+    away are given credit only where a teammate or the evader is known to be.
     """
 
     name = "obstacle-stop"
@@ -106,7 +108,9 @@ def _tangent_bounds(discs: Array, clearances: Array, vehicles: Array, motion: Ar
         radius = discs[index, 2] + grow
         offset_n = discs[index, 0] + age * disc_n - motion[0]
         offset_e = discs[index, 1] + age * disc_e - motion[1]
-        distance = max(math.hypot(offset_n, offset_e), 1e-6)
+        distance = math.hypot(offset_n, offset_e)
+        if distance < 1e-6:
+            offset_n, offset_e, distance = 1e-6, 0.0, 1e-6
         known = False
         for vehicle in range(len(vehicles)):
             gap_n, gap_e = discs[index, 0] - vehicles[vehicle, 0], discs[index, 1] - vehicles[vehicle, 1]
@@ -122,7 +126,8 @@ def _tangent_bounds(discs: Array, clearances: Array, vehicles: Array, motion: Ar
             credit = opening if known else min(opening, 0.0)
             closing = to_n * motion[2] + to_e * motion[3] - credit
             bound = max(0.0, _brakeable(left - max(closing, 0.0) * (lag + own_age), deceleration, lag) + credit)
-            excess = max(to_n * motion[4] + to_e * motion[5] - bound, closing - _brakeable(left, deceleration, lag))
+            own_excess = closing - _brakeable(left, deceleration, lag)
+            excess = max(to_n * motion[4] + to_e * motion[5] - bound, ACTUAL_WEIGHT * own_excess)
             if excess < least:
                 least = excess
                 rows[count, 0], rows[count, 1], rows[count, 2], rows[count, 3] = to_n, to_e, bound, clearances[index]

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
 
 from flightapp.core.types import Setpoint, TeamMember
 from flightapp.safety.api import GuardVerdict, SafetyContext
 from flightapp.safety.braking import horizontal_braking
 from flightapp.safety.guards.spatial import check_alone
 from flightapp.safety.parameters import SafetyParameters
-from flightapp.safety.velocity_bounds import Planar, VelocityBound
+from flightapp.safety.velocity_bounds import Planar, VelocityBound, project
 
 SIDESTEP_GAP_M = 2.0
 SIDESTEP_SPEED_M_S = 1.5
 HIGHER_NAME_SHARE = 0.5
+
+
+class Rule(NamedTuple):
+    """What one teammate asks: the bound, the gap left to the distance to keep, the own share of the sidestep."""
+
+    bound: VelocityBound
+    gap_m: float
+    share: float
 
 
 class SeparationGuard:
@@ -41,26 +50,27 @@ class SeparationGuard:
         return check_alone(self, setpoint, context)
 
     def bounds(self, wish: Planar, speed_m_s: float, context: SafetyContext) -> list[VelocityBound]:  # noqa: ARG002
-        return [bound for bound, _, _ in self._bounds(context) if bound.bound_m_s < speed_m_s]
+        return [rule.bound for rule in self.rules(context) if rule.bound.bound_m_s < speed_m_s]
 
-    def give_way(self, wish: Planar, context: SafetyContext) -> Planar:
-        """`wish` with what the separation takes away turned to the right hand; never faster than `wish`."""
+    def give_way(self, wish: Planar, rules: Sequence[Rule]) -> Planar:
+        """`wish` with what the rules take away turned to the right hand; never faster than `wish`."""
+        step_north, step_east = 0.0, 0.0
+        for bound, gap_m, share in rules:
+            taken = min(bound.excess_m_s(wish), bound.north * wish[0] + bound.east * wish[1], SIDESTEP_SPEED_M_S)
+            if taken > 0.0:
+                step = taken * share * min(1.0, max(0.0, 1.0 - gap_m / SIDESTEP_GAP_M))
+                step_north -= step * bound.east
+                step_east += step * bound.north
+        if step_north == 0.0 and step_east == 0.0:
+            return wish
         speed = math.hypot(*wish)
-        north, east = wish
-        for bound, gap, share in self._bounds(context):
-            blocked = bound.excess_m_s((north, east))
-            near = min(1.0, max(0.0, 1.0 - gap / SIDESTEP_GAP_M))
-            if blocked <= 0.0 or near == 0.0:
-                continue
-            step = near * share * min(blocked, SIDESTEP_SPEED_M_S)
-            kept = min(blocked, max(0.0, bound.north * north + bound.east * east))
-            north += -kept * bound.north - step * bound.east
-            east += -kept * bound.east + step * bound.north
+        north, east = project(wish, [rule.bound for rule in rules], speed)
+        north, east = north + step_north, east + step_east
         scale = min(1.0, speed / max(math.hypot(north, east), 1e-12))
         return north * scale, east * scale
 
-    def _bounds(self, context: SafetyContext) -> list[tuple[VelocityBound, float, float]]:
-        """(bound, gap in metres, share of the sidestep) for each teammate that counts."""
+    def rules(self, context: SafetyContext) -> list[Rule]:
+        """One rule for each teammate that counts."""
         own_north, own_east, own_down = context.own.position_ned_m.tolist()
         v_north, v_east, _ = context.own.velocity_ned_m_s.tolist()
         braking = horizontal_braking(context.limits, self._parameters)
@@ -85,7 +95,7 @@ class SeparationGuard:
             together = braking.speed_m_s(left)
             bound = max(together - max(0.5 * together, theirs), -context.limits.speed_max_m_s)
             share = 1.0 if lower else HIGHER_NAME_SHARE
-            found.append((VelocityBound(to_n, to_e, bound, self.name, member.name, distance), gap, share))
+            found.append(Rule(VelocityBound(to_n, to_e, bound, self.name, member.name, distance), gap, share))
         return found
 
     def _keep_m(self, member: TeamMember, speed_m_s: float, stale: bool, context: SafetyContext) -> float:
