@@ -6,13 +6,13 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from flightapp.core.types import Boundary
+from flightapp.core.types import Array, Boundary
 
 Point = tuple[float, float]
 Segment = tuple[Point, Point]
 
 
-def planar(vector: Sequence[float]) -> Point:
+def planar(vector: Array) -> Point:
     """North and east of a (2,) or (3,) vector as plain floats."""
     return float(vector[0]), float(vector[1])
 
@@ -38,7 +38,7 @@ def towards(start: Point, goal: Point) -> Point:
 
 def segments(boundary: Boundary) -> tuple[Segment, ...]:
     """The sides of `boundary`, in order."""
-    corners = [planar(vertex) for vertex in boundary.vertices_m.tolist()]
+    corners = [planar(vertex) for vertex in boundary.vertices_m]
     if boundary.closed:
         corners.append(corners[0])
     return tuple(itertools.pairwise(corners))

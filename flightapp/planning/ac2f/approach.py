@@ -94,7 +94,7 @@ def _free_slot(scene: Array, north: float, east: float, radius_m: float, bearing
 
 
 def free_slot_bearing(obstacles: Array, evader_ahead: Point, slot: Slot, slack_rad: float) -> float:
-    """The bearing within `slack_rad` of the slot's that is clear of `obstacles` (m, 5), the nearest such one."""
+    """The bearing within `slack_rad` of the slot's that is clear of `obstacles` (m, 6), the nearest such one."""
     if len(obstacles) == 0:
         return slot.bearing_rad
     contiguous = np.ascontiguousarray(obstacles)

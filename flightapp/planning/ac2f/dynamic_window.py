@@ -89,7 +89,7 @@ class DynamicWindow:
         near: bool,
         memory_weight: float,
     ) -> Choice:
-        """The arc to fly towards `aim` (m) through `scene` (m, 5) past `history` (h, 2)."""
+        """The arc to fly towards `aim` (m) through `scene` (m, 6) past `history` (h, 2)."""
         parameters = self._parameters
         speeds, turns = self.window(motion, speed_limit_m_s)
         steps = self._steps(parameters.horizon_terminal_s if near else parameters.horizon_s)

@@ -12,7 +12,7 @@ from flightapp.planning.plane import Point
 def widest_gap_bearing(scene: Array, own: Point, range_m: float) -> float | None:
     """Bearing (rad) of the middle of the widest free gap among the discs of `scene` within `range_m`; None without discs."""
     blocked: list[tuple[float, float]] = []
-    for north, east, radius, _, _ in scene.tolist():
+    for north, east, radius, _, _, _ in scene.tolist():
         distance = math.hypot(north - own[0], east - own[1])
         if distance - radius < range_m:
             half = math.asin(min(1.0, radius / distance)) if distance > 0.0 else math.pi / 2

@@ -105,8 +105,11 @@ class Ac2fParameters(StrategyParameters):
     """Ways around the evader keep this much more."""
     team_separation_m: float = Field(default=1.5, gt=0)
     """Smallest distance from a teammate, centre to centre; less only where the hold radius demands it."""
-    vehicle_disc_m: float = Field(default=0.6, ge=0)
-    """A disc whose surface is this near to where another vehicle is or was within the trail is that vehicle, not an obstacle."""
+    vehicle_disc_m: float = Field(default=0.25, ge=0)
+    """A disc whose surface is this near to where another vehicle's centre is or was within the trail is that vehicle: less than
+    a body radius, so that no obstacle can be there."""
+    vehicle_radius_max_m: float = Field(default=0.6, ge=0)
+    """Discs larger than this are never taken for a vehicle."""
     vehicle_trail_s: float = Field(default=2.0, ge=0)
     """Length of the trail of other vehicles."""
     arrival_window_s: float = Field(default=1.0, gt=0)

@@ -16,7 +16,7 @@ from flightapp.planning.ac2f.looking import nose_bearing, seen_velocity
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.potential_field import FieldParameters, deflected, safe_velocity
 from flightapp.planning.ac2f.pursuit import Intent, Pursuit
-from flightapp.planning.ac2f.scene import Mover, build_scene, scene_clearance_m
+from flightapp.planning.ac2f.scene import Mover, build_scene, depth_m, scene_clearance_m
 from flightapp.planning.ac2f.stage import Facts, Stage, next_stage
 from flightapp.planning.ac2f.surroundings import Target, Trail, target_now, teammate_now
 from flightapp.planning.capture import Dwell, closest_approach_between_m, encircled
@@ -26,6 +26,7 @@ AIM_M = 3.0
 STANDING_M_S = 0.3
 SEARCH_TURN_RAD = 0.5
 MEMORY_RELEASE_M = 3.0
+LEAVE_FIRST_M = 0.1  # deeper than this inside a margin, leaving it comes before everything
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +124,7 @@ class Ac2fPlanner:
             movers,
             self._trail.places(observation),
             parameters.vehicle_disc_m,
+            parameters.vehicle_radius_max_m,
         )
         moving = sum(math.dist(mover.position, own) - mover.distance_m <= parameters.obstacle_range_m for mover in movers)
         obstacles = scene[: len(scene) - moving]
@@ -217,7 +219,7 @@ class Ac2fPlanner:
             closed=observation.boundary.closed,
             boundary_lost=self._boundary_lost,
         )
-        if self._stage is Stage.FINE:
+        if self._stage is Stage.FINE and depth_m(view.scene) < LEAVE_FIRST_M:
             return self._fine(view, view.target, intent, observation), intent
         return self._reactive(view, view.target, intent.goal, intent.velocity, observation), intent
 

@@ -19,6 +19,12 @@ from flightapp.planning.plane import Point, limited
 
 DIRECTIONS = 36
 SPEEDS = 6
+LEAVING_PER_S = 2.0  # speed out of an inflated disc, per metre of depth
+LEAVING_MAX_M_S = 1.0
+EXCESS_COST = 8.0
+ACROSS_COST = 0.3
+CHANGE_COST = 0.1
+MANOEUVRE_S = 0.2  # a velocity is judged by what this long a change reaches of it, too
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +56,7 @@ def _repulsion(scene: Array, n: float, e: float, gain: float, influence_m: float
 
 @compiled("f8(f8[:,::1],f8,f8,f8,f8,f8,f8)")
 def _excess_m_s(scene: Array, n: float, e: float, vn: float, ve: float, deceleration_m_s2: float, reaction_s: float) -> float:
-    """By how much (vn, ve) is too fast, relative to the worst disc on its way; 0 where it is safe."""
+    """By how much (vn, ve) is too fast towards the worst disc on its way, or too slow out of one; 0 where it is safe."""
     excess = 0.0
     for i in range(scene.shape[0]):
         dn = scene[i, 0] - n
@@ -58,6 +64,9 @@ def _excess_m_s(scene: Array, n: float, e: float, vn: float, ve: float, decelera
         un = vn - scene[i, 3]
         ue = ve - scene[i, 4]
         closing = un * dn + ue * de
+        if scene[i, 5] > 0.0:
+            outwards = -closing / max(1e-9, math.hypot(dn, de))
+            excess = max(excess, min(LEAVING_MAX_M_S, LEAVING_PER_S * scene[i, 5]) - outwards)
         if closing <= 0.0:
             continue
         speed2 = un * un + ue * ue
@@ -71,7 +80,31 @@ def _excess_m_s(scene: Array, n: float, e: float, vn: float, ve: float, decelera
     return excess
 
 
-@compiled("void(f8[:,::1],f8,f8,f8,f8,f8,f8,f8,f8,f8,f8[::1])")
+@compiled("f8(f8[:,::1],f8,f8,f8,f8,f8,f8,f8,f8,f8)")
+def _risk_m_s(
+    scene: Array,
+    n: float,
+    e: float,
+    vn: float,
+    ve: float,
+    base_n: float,
+    base_e: float,
+    reach: float,
+    deceleration_m_s2: float,
+    reaction_s: float,
+) -> float:
+    """Excess of (vn, ve) and of what is reached of it, from the base velocity, within the reaction."""
+    risk = _excess_m_s(scene, n, e, vn, ve, deceleration_m_s2, reaction_s)
+    change = math.hypot(vn - base_n, ve - base_e)
+    if change <= reach:
+        return risk
+    part = reach / change
+    first_n = base_n + part * (vn - base_n)
+    first_e = base_e + part * (ve - base_e)
+    return risk + _excess_m_s(scene, n, e, first_n, first_e, deceleration_m_s2, reaction_s)
+
+
+@compiled("void(f8[:,::1],f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8[::1])")
 def _choose(
     scene: Array,
     n: float,
@@ -81,25 +114,26 @@ def _choose(
     base_n: float,
     base_e: float,
     speed_max: float,
+    reach: float,
     deceleration_m_s2: float,
     reaction_s: float,
     out: Array,
 ) -> None:
     out[0] = wish_n
     out[1] = wish_e
-    out[2] = _excess_m_s(scene, n, e, wish_n, wish_e, deceleration_m_s2, reaction_s)
-    if out[2] == 0.0:
+    risk = _risk_m_s(scene, n, e, wish_n, wish_e, base_n, base_e, reach, deceleration_m_s2, reaction_s)
+    if risk == 0.0:
         return
     wish = math.hypot(wish_n, wish_e)
     heading = math.atan2(wish_e, wish_n) if wish > 1e-9 else 0.0
     unit_n = math.cos(heading)
     unit_e = math.sin(heading)
-    best = 8.0 * out[2] + 0.1 * math.hypot(wish_n - base_n, wish_e - base_e)
-    for k in range(36):
-        angle = heading + k * (2.0 * math.pi / 36)
+    best = EXCESS_COST * risk + CHANGE_COST * math.hypot(wish_n - base_n, wish_e - base_e)
+    for k in range(DIRECTIONS):
+        angle = heading + k * (2.0 * math.pi / DIRECTIONS)
         cos = math.cos(angle)
         sin = math.sin(angle)
-        for j in range(6):
+        for j in range(SPEEDS):
             speed = wish * 0.5 * (j + 1) if j < 2 else speed_max * 0.25 * (j - 1)
             if k == 0 and j == 1:
                 speed = 0.0
@@ -107,20 +141,19 @@ def _choose(
             ve = speed * sin
             ahead = vn * unit_n + ve * unit_e
             across = abs(ve * unit_n - vn * unit_e)
-            cost = abs(wish - ahead) + 0.3 * across + 0.1 * math.hypot(vn - base_n, ve - base_e)
+            cost = abs(wish - ahead) + ACROSS_COST * across + CHANGE_COST * math.hypot(vn - base_n, ve - base_e)
             if cost >= best:
                 continue
-            excess = _excess_m_s(scene, n, e, vn, ve, deceleration_m_s2, reaction_s)
-            cost += 8.0 * excess
+            risk = _risk_m_s(scene, n, e, vn, ve, base_n, base_e, reach, deceleration_m_s2, reaction_s)
+            cost += EXCESS_COST * risk
             if cost < best:
                 best = cost
                 out[0] = vn
                 out[1] = ve
-                out[2] = excess
 
 
 def deflected(scene: Array, own: Point, wish: Point, field: FieldParameters) -> Point:
-    """`wish` (m/s) turned by the repulsion of `scene` (m, 5) at `own` (m), at the same speed."""
+    """`wish` (m/s) turned by the repulsion of `scene` (m, 6) at `own` (m), at the same speed."""
     speed = math.hypot(*wish)
     if speed < 1e-6:
         return wish
@@ -134,8 +167,20 @@ def deflected(scene: Array, own: Point, wish: Point, field: FieldParameters) -> 
 
 def safe_velocity(scene: Array, own: Point, wish: Point, base: Point, speed_max_m_s: float, field: FieldParameters) -> Point:
     """The velocity (m/s) nearest to `wish` that can brake before every disc of `scene`; `base` breaks ties against chatter."""
-    out = np.empty(3)
+    out = np.empty(2)
+    reach = field.deceleration_m_s2 * MANOEUVRE_S
     _choose(
-        scene, own[0], own[1], wish[0], wish[1], base[0], base[1], speed_max_m_s, field.deceleration_m_s2, field.reaction_s, out
+        scene,
+        own[0],
+        own[1],
+        wish[0],
+        wish[1],
+        base[0],
+        base[1],
+        speed_max_m_s,
+        reach,
+        field.deceleration_m_s2,
+        field.reaction_s,
+        out,
     )
     return float(out[0]), float(out[1])

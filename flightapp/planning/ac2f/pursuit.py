@@ -48,7 +48,7 @@ class Pursuit:
         closed: bool,
         boundary_lost: bool,
     ) -> Intent:
-        """The intent against `target`; `obstacles` (m, 5) only keep the slot free, `boundary_lost` chases the evader itself."""
+        """The intent against `target`; `obstacles` (m, 6) only keep the slot free, `boundary_lost` chases the evader itself."""
         parameters = self.parameters
         pursuers = (own, *team)
         game = self._game(pursuers, target, sides, closed)

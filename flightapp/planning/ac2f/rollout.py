@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from flightapp.core.types import Array
 from flightapp.planning.compiled import compiled
 
@@ -16,7 +19,7 @@ BRAKING = 2
 def segment_clearance_m(
     scene: Array, t_s: float, step_s: float, an: float, ae: float, bn: float, be: float, known_m: float
 ) -> float:
-    """Smallest distance to an edge of `scene` (m, 5) on the way (an, ae) -> (bn, be) between `t_s` and `t_s + step_s`.
+    """Smallest distance to an edge of `scene` (m, 6) on the way (an, ae) -> (bn, be) between `t_s` and `t_s + step_s`.
 
     `known_m` is a value that the caller already has: the result is never above it, and discs beyond it cost little.
     """
@@ -69,11 +72,11 @@ def roll_out(
     paths: Array,
     ends: Array,
     clearances: Array,
-    verdicts: Array,
+    verdicts: NDArray[np.int64],
 ) -> None:
     """Fill paths (n, steps, 2), ends (n, 3: north, east, heading), clearances (n,) and verdicts (n,) for n candidates.
 
-    start: (3,) north, east, heading. speeds, turns: (n,) m/s, rad/s. scene: (m, 5) inflated moving discs. A candidate is
+    start: (3,) north, east, heading. speeds, turns: (n,) m/s, rad/s. scene: (m, 6) inflated moving discs. A candidate is
     rejected when its arc touches a disc, or when the same arc, held for `reaction_s` and then braked, does.
     """
     for c in range(speeds.shape[0]):

@@ -1,8 +1,8 @@
 """What a motion must stay clear of: obstacle discs, teammates and the evader's keep-out as one array of inflated discs.
 
-Rows are (north_m, east_m, radius_m, v_north_m_s, v_east_m_s) at the observation's time, mission frame. A disc in whose
-inflation the vehicle already is shrinks to just below the present distance: motions that leave it stay allowed, motions
-that go deeper do not, and the planner never freezes.
+Rows are (north_m, east_m, radius_m, v_north_m_s, v_east_m_s, depth_m) at the observation's time, mission frame. A disc in
+whose inflation the vehicle already is, by `depth_m` > 0, shrinks to just below the present distance: motions that leave it
+stay allowed, motions that go deeper do not, and the planner never freezes.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Mover:
     distance_m: float
 
 
-@compiled("i8(f8[:,::1],f8,f8,f8,f8,f8,f8[:,::1],f8,f8[:,::1])")
+@compiled("i8(f8[:,::1],f8,f8,f8,f8,f8,f8[:,::1],f8,f8,f8[:,::1])")
 def _inflate(
     discs: Array,
     own_n: float,
@@ -39,6 +39,7 @@ def _inflate(
     range_m: float,
     trail: Array,
     body_m: float,
+    body_radius_max_m: float,
     out: Array,
 ) -> int:
     count = 0
@@ -49,7 +50,7 @@ def _inflate(
         if distance - discs[i, 2] > range_m:
             continue
         vehicle = False
-        for k in range(trail.shape[0]):
+        for k in range(trail.shape[0] if discs[i, 2] <= body_radius_max_m else 0):
             reach = discs[i, 2] + body_m
             dn = n - trail[k, 0]
             de = e - trail[k, 1]
@@ -60,9 +61,11 @@ def _inflate(
             continue
         out[count, 0] = n
         out[count, 1] = e
-        out[count, 2] = max(0.0, min(discs[i, 2] + inflation_m, distance - 0.02))
+        inflated = discs[i, 2] + inflation_m
+        out[count, 2] = max(0.0, min(inflated, distance - 0.02))
         out[count, 3] = discs[i, 3]
         out[count, 4] = discs[i, 4]
+        out[count, 5] = max(0.0, inflated - distance)
         count += 1
     return count
 
@@ -76,19 +79,26 @@ def build_scene(
     movers: Sequence[Mover],
     trail: Array,
     vehicle_body_m: float,
+    vehicle_radius_max_m: float,
 ) -> Array:
-    """Scene (m, 5) around `own` within `range_m`.
+    """Scene (m, 6) around `own` within `range_m`.
 
     discs: (n, >=5) observed obstacles, `age_s` old. trail: (k, 2) places where other vehicles' centres are or recently
-    were: no static obstacle can be within `vehicle_body_m` of them, so such a disc is a sighting of the vehicle itself.
+    were: no static obstacle can be within `vehicle_body_m` of them, so such a disc, up to `vehicle_radius_max_m`, is a sighting
+    of the vehicle itself.
     """
-    out = np.empty((len(discs) + len(movers), 5))
+    out = np.empty((len(discs) + len(movers), 6))
     observed = np.ascontiguousarray(discs, dtype=np.float64)
-    count = _inflate(observed, own[0], own[1], age_s, inflation_m, range_m, trail, vehicle_body_m, out)
+    count = _inflate(observed, own[0], own[1], age_s, inflation_m, range_m, trail, vehicle_body_m, vehicle_radius_max_m, out)
     for mover in movers:
         distance = math.dist(mover.position, own)
         if distance - mover.distance_m <= range_m:
-            out[count] = (*mover.position, max(0.0, min(mover.distance_m, distance - GRACE_M)), *mover.velocity)
+            out[count] = (
+                *mover.position,
+                max(0.0, min(mover.distance_m, distance - GRACE_M)),
+                *mover.velocity,
+                max(0.0, mover.distance_m - distance),
+            )
             count += 1
     return out[:count]
 
@@ -98,3 +108,8 @@ def scene_clearance_m(scene: Array, own: Point, saturation_m: float) -> float:
     if len(scene) == 0:
         return saturation_m
     return min(saturation_m, float((np.hypot(scene[:, 0] - own[0], scene[:, 1] - own[1]) - scene[:, 2]).min()))
+
+
+def depth_m(scene: Array) -> float:
+    """How deep the vehicle is inside the inflation of the worst disc of `scene`; 0 outside all."""
+    return float(scene[:, 5].max()) if len(scene) else 0.0

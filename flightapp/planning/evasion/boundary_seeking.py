@@ -69,4 +69,4 @@ class BoundarySeeking:
         age_s = max(0.0, observation.t_s - observation.obstacles.t_s)
         inflation_m = self._limits.body_radius_m + self._limits.safety_margin_m
         range_m = self._parameters.obstacle_range_m
-        return build_scene(observation.obstacles.discs, age_s, own, inflation_m, range_m, movers, NO_TRAIL, 0.0)
+        return build_scene(observation.obstacles.discs, age_s, own, inflation_m, range_m, movers, NO_TRAIL, 0.0, 0.0)
