@@ -10,6 +10,11 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+from numba import njit
+
+from flightapp.core.types import Array
+
 EPSILON = 1e-9
 RELAXATION_STEPS = 8
 
@@ -46,49 +51,59 @@ def project(wish: Planar, bounds: Sequence[VelocityBound], speed_max_m_s: float)
     to move away contradict the others, all of those are weakened together by the least factor that leaves a solution: the
     vehicle retreats as fast as everything else lets it, and stops where nothing is left. Retreats end at `speed_max_m_s`.
     """
-    solution = _nearest(wish, bounds)
-    if solution is None:
-        weakest, strongest = 0.0, 1.0
-        solution = _nearest(wish, _weakened(bounds, 0.0)) or (0.0, 0.0)
-        for _ in range(RELAXATION_STEPS):
-            middle = 0.5 * (weakest + strongest)
-            candidate = _nearest(wish, _weakened(bounds, middle))
-            if candidate is None:
-                strongest = middle
-            else:
-                weakest, solution = middle, candidate
-    speed = math.hypot(*solution)
-    if speed > speed_max_m_s:
-        return (solution[0] * speed_max_m_s / speed, solution[1] * speed_max_m_s / speed)
-    return solution
+    rows = np.array([bound[:3] for bound in bounds], dtype=np.float64).reshape(-1, 3)
+    north, east = _project(rows, wish[0], wish[1], speed_max_m_s)
+    return float(north), float(east)
 
 
-def _weakened(bounds: Sequence[VelocityBound], factor: float) -> list[VelocityBound]:
-    return [bound._replace(bound_m_s=bound.bound_m_s * factor) if bound.bound_m_s < 0.0 else bound for bound in bounds]
+@njit("UniTuple(f8,3)(f8[:,::1],f8,f8,f8)", cache=True)
+def _nearest(rows: Array, wish_north: float, wish_east: float, retreat: float) -> tuple[float, float, float]:
+    """Incremental planar quadratic program: the optimum moves onto each bound that it breaks, clipped by the earlier ones.
 
-
-def _nearest(wish: Planar, bounds: Sequence[VelocityBound]) -> Planar | None:
-    """Incremental planar quadratic program: the optimum moves onto each bound that it breaks, clipped by the earlier ones."""
-    velocity = wish
-    for index, (north, east, bound, _, _, _) in enumerate(bounds):
-        if north * velocity[0] + east * velocity[1] <= bound + EPSILON:
+    rows (n, 3): north, east, bound m/s; negative bounds count by the factor `retreat`. Returns (north, east, 1.0), or a third
+    element of 0.0 where no velocity keeps all bounds.
+    """
+    v_north, v_east = wish_north, wish_east
+    for index in range(len(rows)):
+        north, east, bound = rows[index]
+        bound *= retreat if bound < 0.0 else 1.0
+        if north * v_north + east * v_east <= bound + EPSILON:
             continue
-        foot_north, foot_east = north * bound, east * bound
         along_north, along_east = -east, north
         low, high = -math.inf, math.inf
-        for other_north, other_east, other_bound, _, _, _ in bounds[:index]:
+        for earlier in range(index):
+            other_north, other_east, other_bound = rows[earlier]
+            other_bound *= retreat if other_bound < 0.0 else 1.0
             slope = other_north * along_north + other_east * along_east
-            room = other_bound - other_north * foot_north - other_east * foot_east
+            room = other_bound - (other_north * north + other_east * east) * bound
             if slope > EPSILON:
                 high = min(high, room / slope)
             elif slope < -EPSILON:
                 low = max(low, room / slope)
             elif room < -EPSILON:
-                return None
+                return 0.0, 0.0, 0.0
         if low > high:
             if low - high > 1e-6:
-                return None
+                return 0.0, 0.0, 0.0
             low = high = 0.5 * (low + high)
-        along = min(max(along_north * wish[0] + along_east * wish[1], low), high)
-        velocity = (foot_north + along * along_north, foot_east + along * along_east)
-    return velocity
+        along = min(max(along_north * wish_north + along_east * wish_east, low), high)
+        v_north, v_east = north * bound + along * along_north, east * bound + along * along_east
+    return v_north, v_east, 1.0
+
+
+@njit("UniTuple(f8,2)(f8[:,::1],f8,f8,f8)", cache=True)
+def _project(rows: Array, wish_north: float, wish_east: float, speed_max: float) -> tuple[float, float]:
+    north, east, solved = _nearest(rows, wish_north, wish_east, 1.0)
+    if solved == 0.0:
+        weakest, strongest = 0.0, 1.0
+        north, east, solved = _nearest(rows, wish_north, wish_east, 0.0)
+        for _ in range(RELAXATION_STEPS):
+            middle = 0.5 * (weakest + strongest)
+            v_north, v_east, solved = _nearest(rows, wish_north, wish_east, middle)
+            if solved == 0.0:
+                strongest = middle
+            else:
+                weakest, north, east = middle, v_north, v_east
+    speed = math.hypot(north, east)
+    scale = speed_max / speed if speed > speed_max else 1.0
+    return north * scale, east * scale
