@@ -139,7 +139,7 @@ class Recorder:
             if not self._accepting or self._buffer.qsize() >= self._limit or topic not in self._topics:
                 self._drop(topic)
             elif topic in self._written:
-                self._buffer.put((topic, orjson.dumps(message, _plain, _JSON), int(t_s * 1e9)))
+                self._buffer.put((topic, orjson.dumps(message, _plain, _JSON), _nanoseconds(t_s)))
         except Exception:  # whatever a message contains must not reach the control loop
             self._drop(topic)
 
@@ -212,7 +212,7 @@ class Recorder:
             for channel in self._channels
             if channel.logged
         }
-        self._view = View(context, self._mission)
+        self._view: View | None = View(context, self._mission)
         self._writer: Any = foxglove.open_mcap(
             sink,
             context=context,
@@ -237,8 +237,17 @@ class Recorder:
                 else:
                     topic, payload, self._last_ns = item
                     self._raw[topic].log(payload, log_time=self._last_ns)
-                    self._view.feed(topic, payload, self._last_ns)
+                    self._feed_view(topic, payload, self._last_ns)
             self._stop.wait(0.0005)
+
+    def _feed_view(self, topic: str, payload: bytes, time_ns: int) -> None:
+        """The view is a convenience: a message that it cannot draw ends the view, not the recording."""
+        if self._view is not None:
+            try:
+                self._view.feed(topic, payload, time_ns)
+            except Exception:
+                self._view = None
+                _LOGGER.exception("a message on %s cannot be drawn; this recording goes on without a view", topic)
 
     def _report_drops(self) -> None:
         count = self._dropped
@@ -265,6 +274,14 @@ class Recorder:
             if not callable(item):
                 with self._lock:
                     self._dropped += 1
+
+
+def _nanoseconds(t_s: float) -> int:
+    """Fleet time as the file stores it; ValueError outside its range."""
+    time_ns = int(t_s * 1e9)
+    if not 0 <= time_ns < 1 << 63:
+        raise ValueError(f"{t_s} s is not a time")
+    return time_ns
 
 
 def _plain(value: object) -> object:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 
-from mcap.exceptions import McapError
 from mcap.records import Footer, Header, McapRecord
 from mcap.stream_reader import MAGIC_SIZE, StreamReader
 
@@ -53,7 +52,7 @@ class Scan:
                 record = next(records)
             except StopIteration:
                 return
-            except (McapError, ValueError, OverflowError, MemoryError, RuntimeError, LookupError):
+            except Exception:  # the decoder answers damage with whatever it stumbles over; each of them is "no further"
                 return
             if isinstance(record, Footer):
                 self.complete = True
