@@ -29,6 +29,9 @@ DEFAULT_RATES_HZ: dict[int, float] = {
     mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: 0.2,
 }
 _HEARTBEAT_S = 1.0
+_GRID_S = 0.02
+_EARLY_S = 1e-4
+"""Much less than a step: rounding must not make a message late by one."""
 _SENSORS = (
     mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO
     | mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL
@@ -108,8 +111,8 @@ class Telemetry:
             mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: self._version,
         }
         self._interval_s: dict[int, float] = {number: 1.0 / rate for number, rate in DEFAULT_RATES_HZ.items()}
-        # Streams start spread over time, so that the slow ones do not all fall on the same step.
-        self._due_s: dict[int, float] = {number: 0.013 * index for index, number in enumerate(self._interval_s)}
+        # On one grid, so that messages share datagrams, but the slow streams on different points of it.
+        self._due_s: dict[int, float] = {number: _GRID_S * index for index, number in enumerate(self._interval_s)}
         self._next_s = 0.0
         self._next_heartbeat_s = 0.0
         self._snapshot: Snapshot | None = None
@@ -127,7 +130,7 @@ class Telemetry:
         else:
             interval_s = max(interval_us * 1e-6, 1.0 / RATE_MAX_HZ)
         self._interval_s[number] = interval_s
-        self._due_s[number] = self._core.t_s if math.isfinite(interval_s) else math.inf
+        self._due_s[number] = _on_grid(self._core.t_s) if math.isfinite(interval_s) else math.inf
         self._next_s = min(self._due_s.values())
         return True
 
@@ -157,11 +160,11 @@ class Telemetry:
         while core.status_texts:
             severity, text = core.status_texts.popleft()
             out.append(Outgoing(mavlink.MAVLink_statustext_message(severity, text.encode())))
-        if t_s >= self._next_s:
+        if t_s >= self._next_s - _EARLY_S:
             fault = core.faults.on("telemetry")
             slow = fault.get("factor") if fault is not None and fault.verb == "slow" else 1.0
             for number, due_s in self._due_s.items():
-                if t_s < due_s:
+                if t_s < due_s - _EARLY_S:
                     continue
                 interval_s = self._interval_s[number] * slow * self._battery_slowness(number)
                 self._due_s[number] = due_s + interval_s if t_s < due_s + interval_s else t_s + interval_s
@@ -455,6 +458,10 @@ def _diagonal(first: float, second: float) -> list[float]:
 
 _POSITION_COVARIANCE = _diagonal(0.01, 0.0004)
 _VELOCITY_COVARIANCE = _diagonal(0.004, 0.0004)
+
+
+def _on_grid(t_s: float) -> float:
+    return math.ceil(t_s / _GRID_S) * _GRID_S
 
 
 def _within(value: float, limit: int) -> int:

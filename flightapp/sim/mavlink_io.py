@@ -1,10 +1,10 @@
-"""The mock's socket: packs and parses MAVLink over UDP, one packet a datagram, and runs the vehicle in real time."""
+"""The mock's socket: packs and parses MAVLink over UDP, and runs the vehicle in real time."""
 
 from __future__ import annotations
 
 import contextlib
-import select
 import socket
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,6 +18,9 @@ from flightapp.sim.packet_path import PacketPath
 from flightapp.sim.truth import Truth, TruthWriter
 
 _STEP_NS = round(STEP_S * 1e9)
+_STEPS_PER_CYCLE = 2
+"""Steps between two looks at the socket: waking up costs more than a step."""
+_DATAGRAM_MAX_BYTES = 1400
 _BEHIND_MAX_NS = 250_000_000
 """Farther behind than this (a stopped process) the vehicle's time stands still instead of running after the clock."""
 
@@ -88,33 +91,38 @@ class RealTime:
             now_ns = monotonic_ns()
             if now_ns - step_at_ns > _BEHIND_MAX_NS:
                 step_at_ns = now_ns
+            self._receive()
+            packets = station.answers()
             while step_at_ns <= now_ns:
-                self._send(station.step())
+                packets += station.step()
                 self._write_truth(step_at_ns)
                 step_at_ns += _STEP_NS
-            self._wait_until(step_at_ns)
+            self._send(packets)
+            left_ns = step_at_ns + (_STEPS_PER_CYCLE - 1) * _STEP_NS - monotonic_ns()
+            if left_ns > 0:
+                time.sleep(left_ns * 1e-9)
 
     def close(self) -> None:
         self._socket.close()
         if self._truth is not None:
             self._truth.close()
 
-    def _wait_until(self, step_at_ns: int) -> None:
-        """Receive until the next step is due."""
-        while (left_ns := step_at_ns - monotonic_ns()) > 0:
-            readable, _, _ = select.select((self._socket,), (), (), left_ns * 1e-9)
-            if not readable:
-                return
-            with contextlib.suppress(BlockingIOError, ConnectionError):
-                datagram, _ = self._socket.recvfrom(65535)
-                self._station.receive(datagram)
-                self._send(self._station.answers())
+    def _receive(self) -> None:
+        """Everything that has come."""
+        with contextlib.suppress(BlockingIOError, ConnectionError):
+            while True:
+                self._station.receive(self._socket.recv(65535))
 
     def _send(self, packets: list[bytes]) -> None:
-        for packet in packets:
-            # A full buffer or nobody listening loses the packet, as a radio does.
-            with contextlib.suppress(OSError):
-                self._socket.sendto(packet, self._send_to)
+        """Several packets share a datagram, as PX4 does it."""
+        datagram = b""
+        for packet in (*packets, b""):
+            if datagram and (not packet or len(datagram) + len(packet) > _DATAGRAM_MAX_BYTES):
+                # A full buffer or nobody listening loses the datagram, as a radio does.
+                with contextlib.suppress(OSError):
+                    self._socket.sendto(datagram, self._send_to)
+                datagram = b""
+            datagram += packet
 
     def _write_truth(self, at_ns: int) -> None:
         if self._truth is None:
