@@ -72,8 +72,8 @@ def _page(run: Run, summary: Summary) -> str:
 
 
 def _script(figures: list[tuple[str, Figure]]) -> str:
-    """Draws every figure. JSON inside a script must not contain the end of the script."""
-    data = orjson.dumps(dict(figures)).decode().replace("</", "<\\/")
+    """Draws every figure. Inside a script no recorded text may look like markup."""
+    data = orjson.dumps(dict(figures)).decode().replace("<", "\\u003c")
     return (
         f"const figures = {data};"
         "for (const [id, figure] of Object.entries(figures))"
