@@ -2,8 +2,10 @@
 
 PX4 projects latitude and longitude onto its local plane with an azimuthal equidistant projection on a *sphere* of
 6 371 000 m (PX4 `lib/geo`), so its local metres are undone with the same sphere. The mission frame itself is a tangent
-plane on the WGS84 ellipsoid: true metres, the same for every vehicle wherever its own origin is. Using one model for
-both would shift vehicles with origins 1 km apart by up to 3 m against each other.
+plane on the WGS84 ellipsoid: true metres, the same for every vehicle wherever its own origin is. Undoing PX4's metres with
+the ellipsoid as well would shift vehicles with origins 1 km apart against each other: by 3.0 m east to west and 2.1 m
+diagonally at latitude 47 degrees, by up to 5.5 m at the equator. The sphere for both would keep vehicles consistent with each
+other, but every surveyed position would be off by the same 3 to 5.5 m a kilometre.
 """
 
 from __future__ import annotations
