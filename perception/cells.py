@@ -7,6 +7,7 @@ poles and noise then are a matter of a few hundred cells.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -24,9 +25,13 @@ TANGENTS = (np.arange(TANGENT_BINS) + 0.5) * TANGENT_STEP - TANGENT_MAX
 _FORWARD_MIN_M = 0.05
 _CELL_SIGMAS = 2.5
 _TABLE_STEP_M = 0.01
+_BRIDGE = np.ones((3, 1), np.uint8)
+"""Bearing bins without a pixel, because of the stride or a hole, do not part a surface."""
 _SLANT = 1.6
 """Level forward distance of a pixel is at most this times its depth for any attitude in which perception is of use."""
 _NOISE_TAIL_FRACTION = 0.25
+_PIXELS_MAX = 40000
+"""With more pixels than this in the band (something large is near) rows are left out; the others count for them."""
 _LIMIT_SIGMAS = 3.0
 _LIMIT_FRACTION = 0.25
 """Within 3 sigma of the range limit a surface must fill this much of the height band: noise brings tails of what is beyond."""
@@ -88,10 +93,13 @@ class CellGrid:
         """Surfaces in the height band, without the ground and without what lies inside `exclude` (k, 3: north, east, radius)."""
         if intrinsics != self._intrinsics:
             self._prepare(intrinsics)
-        cell, forward = self._bin_pixels(depth, depth_unit_m, camera, vehicle_down_m, ground_down_m)
+        cell, forward, thin = self._bin_pixels(depth, depth_unit_m, camera, vehicle_down_m, ground_down_m)
         size = TANGENT_BINS * self._cells
         counts: NDArray[np.intp] = np.bincount(cell, minlength=size)
         sums = np.asarray(np.bincount(cell, weights=forward, minlength=size), np.float64)
+        if thin > 1:
+            counts *= thin
+            sums *= thin
         return self._surfaces(counts, sums, camera, exclude)
 
     def _prepare(self, intrinsics: Intrinsics) -> None:
@@ -120,8 +128,8 @@ class CellGrid:
         camera: CameraPose,
         vehicle_down_m: float,
         ground_down_m: float | None,
-    ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-        """Cell number and level forward distance of every pixel in the band."""
+    ) -> tuple[NDArray[np.int32], NDArray[np.float32], int]:
+        """Cell number and level forward distance of the pixels in the band; every how many rows of them were used."""
         parameters = self._parameters
         stride = parameters.stride_px
         z, work, mask, more = self._z, self._work, self._mask, self._more
@@ -143,19 +151,21 @@ class CellGrid:
             if ground - slope * self._range_max_m < bottom:
                 work += slope * z
                 mask &= np.less_equal(work, ground, out=more)
-        index = np.flatnonzero(mask)
+        thin = max(1, math.ceil(int(np.count_nonzero(mask)) / _PIXELS_MAX))
+        index = np.flatnonzero(mask[::thin])
         row, column = np.divmod(index.astype(np.int32), np.int32(len(self._x)))
+        row *= np.int32(thin)
         x, y = self._x[column], self._y[row]
         ahead = level[0, 0] * x + level[0, 1] * y + level[0, 2]
         tangent = (level[1, 0] * x + level[1, 1] * y + level[1, 2]) / np.maximum(ahead, np.float32(1e-3))
-        forward = ahead * z.ravel()[index]
+        forward = ahead * z[row, column]
         inside = (forward > _FORWARD_MIN_M) & (np.abs(tangent) < TANGENT_MAX)
         if not inside.all():
             tangent, forward = tangent[inside], forward[inside]
         far = np.int32(len(self._cell_of) - 1)
         nth = np.minimum((forward * np.float32(1 / _TABLE_STEP_M)).astype(np.int32), far)
         bearing = ((tangent + np.float32(TANGENT_MAX)) * np.float32(1 / TANGENT_STEP)).astype(np.int32)
-        return bearing * np.int32(self._cells) + self._cell_of[nth], forward
+        return bearing * np.int32(self._cells) + self._cell_of[nth], forward, thin
 
     def _surfaces(
         self,
@@ -222,7 +232,8 @@ class CellGrid:
     ) -> SurfacePoints:
         """Drop connected surfaces that are too small to be real; join cells over which noise has spread one surface."""
         parameters = self._parameters
-        total, labels = cv2.connectedComponents(strong.astype(np.uint8), connectivity=8)
+        closed = cv2.morphologyEx(strong.astype(np.uint8), cv2.MORPH_CLOSE, _BRIDGE)
+        total, labels = cv2.connectedComponents(closed, connectivity=8)
         label = labels.ravel()[flat]
         area = np.bincount(label, pixels * forward**2, total) / self._pixels_per_m2_at_1_m
         number = np.bincount(label, pixels, total)

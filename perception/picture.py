@@ -40,7 +40,7 @@ def _depth_view(
 ) -> Picture:
     depth_m = frame.depth.astype(np.float32) * np.float32(frame.depth_unit_m)
     near_is_warm = np.clip(255 * (1 - depth_m / range_max_m), 0, 255).astype(np.uint8)
-    picture = cv2.applyColorMap(near_is_warm, cv2.COLORMAP_TURBO)
+    picture: Picture = cv2.applyColorMap(near_is_warm, cv2.COLORMAP_TURBO)
     picture[frame.depth == 0] = 0
     picture[depth_m > range_max_m] = (60, 60, 60)
     angle = np.arange(_CIRCLE_STEPS) * (2 * math.pi / _CIRCLE_STEPS)

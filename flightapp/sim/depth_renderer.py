@@ -16,6 +16,7 @@ The image is a function of (world, pose, seed, frame number) alone.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numba
 import numpy as np
@@ -86,6 +87,7 @@ class DepthRenderer:
         return out
 
 
+@lru_cache(maxsize=8)
 def _noise_table(rows: int, columns: int, seed: int) -> NDArray[np.int8]:
     """Unit noise in steps of 1/32, `_HOLE` where a pixel returns nothing."""
     random = np.random.default_rng(seed)

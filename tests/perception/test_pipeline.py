@@ -1,0 +1,215 @@
+"""Bad frames, blind sectors, memory, vehicles that are not obstacles."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from perception.parameters import PerceptionParameters
+from perception.pipeline import PerceptionPipeline
+from perception.types import DepthFrame, PerceivedObstacles, VehiclePose
+from tests.perception.scenes import D435, MOUNTING, MakeScene, pose
+
+WHOLE = [[-math.pi, math.pi]]
+
+
+def pipeline(**changes: object) -> PerceptionPipeline:
+    return PerceptionPipeline(PerceptionParameters(**changes), MOUNTING)
+
+
+def is_unseen(found: PerceivedObstacles, bearing_deg: float) -> bool:
+    bearing = math.radians(bearing_deg)
+    return any(start <= bearing < end for start, end in found.unseen)
+
+
+BAD_IMAGES = {
+    "empty": (np.zeros((480, 848), np.uint16), "empty"),
+    "maximum": (np.full((480, 848), 65535, np.uint16), "maximum"),
+    "truncated": (np.full((300, 848), 3000, np.uint16), "wrong size: 848x300 instead of 848x480"),
+    "nothing": (np.zeros((0, 0), np.uint16), "wrong size"),
+    "flat": (np.zeros(100, np.uint16), "wrong size"),
+    "bytes": (np.ones((480, 848), np.uint8), "16-bit"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_IMAGES)
+def test_a_bad_frame_is_an_event_and_an_unseen_circle(name: str) -> None:
+    image, reason = BAD_IMAGES[name]
+    found = pipeline().process(DepthFrame(1.0, 1, image, 0.001, D435), pose())
+    assert reason in found.events[0]
+    assert found.unseen.tolist() == WHOLE
+    assert found.discs.shape == (0, 7)
+
+
+@pytest.mark.parametrize("field", range(3))
+def test_a_pose_that_is_not_a_number_is_an_event(scene: MakeScene, field: int) -> None:
+    bad = [
+        VehiclePose((0.0, math.nan, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0, 0.0),
+        VehiclePose((0.0, 0.0, -5.0), (math.inf, 0.0, 0.0), 0.0, 0.0, 0.0),
+        VehiclePose((0.0, 0.0, -5.0), (0.0, 0.0, 0.0), 0.0, 0.0, math.nan),
+    ][field]
+    found = pipeline().process(scene(cylinders=[(4.0, 0.0, 0.5, 9.0)]).shoot(pose()), bad)
+    assert "not finite" in found.events[0]
+    assert found.unseen.tolist() == WHOLE
+
+
+def test_a_bad_frame_keeps_what_is_remembered(scene: MakeScene) -> None:
+    process = pipeline()
+    world = scene(cylinders=[(4.0, 0.0, 0.5, 9.0)])
+    process.process(world.shoot(pose()), pose())
+    dark = DepthFrame(2 / 30, 2, np.zeros((480, 848), np.uint16), 0.001, D435)
+    found = process.process(dark, pose())
+    assert found.unseen.tolist() == WHOLE
+    assert found.discs[0, :2] == pytest.approx([4.0, 0.0], abs=0.2)
+
+
+def test_outside_the_picture_is_unseen(scene: MakeScene) -> None:
+    for yaw in (0.0, 90.0, 170.0, -100.0):
+        at = pose(height=2.0, yaw_deg=yaw)
+        found = pipeline().process(scene().shoot(at), at)
+        assert found.events == ()
+        for offset in (-40.0, 0.0, 40.0):
+            assert not is_unseen(found, (yaw + offset + 180.0) % 360.0 - 180.0)
+        for offset in (-55.0, 55.0, 120.0, 179.0):
+            assert is_unseen(found, (yaw + offset + 180.0) % 360.0 - 180.0)
+        assert np.all(found.unseen[:, 0] < found.unseen[:, 1])
+
+
+def test_half_a_covered_lens_is_half_unseen(scene: MakeScene) -> None:
+    at = pose(height=2.0)
+    frame = scene().shoot(at)
+    frame.depth[:, :424] = 0
+    found = pipeline().process(frame, at)
+    assert "blind" in found.events[0]
+    assert is_unseen(found, -30.0)
+    assert is_unseen(found, -8.0)
+    assert not is_unseen(found, 20.0)
+
+
+def test_a_covered_lens_is_noticed_at_once_where_the_ground_was_due(scene: MakeScene) -> None:
+    process, at = pipeline(), pose(height=5.0)
+    assert process.process(scene().shoot(at), at).events == ()
+    found = process.process(DepthFrame(0.06, 2, np.zeros((480, 848), np.uint16), 0.001, D435), at)
+    assert "ground" in found.events[0]
+    assert found.unseen.tolist() == WHOLE
+
+
+def test_open_sky_is_free_for_a_moment_and_unseen_in_the_end(scene: MakeScene) -> None:
+    process, world = pipeline(sky_hold_s=0.5), scene()
+    process.process(world.shoot(pose()), pose())
+    for number in range(2, 40):
+        at = pose(pitch_deg=25.0)
+        found = process.process(world.shoot(at), at)
+        assert (found.unseen.tolist() == WHOLE) == (number - 1 > 15), number
+
+
+def test_a_pitch_that_hides_the_height_band_is_unseen(scene: MakeScene) -> None:
+    at = pose(height=3.0, pitch_deg=-50.0)
+    assert pipeline().process(scene().shoot(at), at).unseen.tolist() == WHOLE
+
+
+def test_a_frozen_image_is_noticed(scene: MakeScene) -> None:
+    process = pipeline(frozen_frames_max=10)
+    image = scene(cylinders=[(4.0, 0.0, 0.5, 9.0)]).shoot(pose()).depth
+    events = [process.process(DepthFrame(k / 30, k, image, 0.001, D435), pose()).events for k in range(12)]
+    assert all(event == () for event in events[:10])
+    assert "frozen" in events[10][0]
+
+
+def test_a_turning_vehicle_remembers_what_it_has_passed(scene: MakeScene) -> None:
+    trees = [(4.0, 0.0, 0.5, 9.0), (0.0, 4.0, 0.4, 9.0), (-4.0, -1.0, 0.6, 9.0)]
+    process, world = pipeline(), scene(cylinders=trees)
+    for step in range(80):
+        at = pose(yaw_deg=math.degrees(2.0 * step / 30))
+        found = process.process(world.shoot(at), at)
+    # After 5.2 rad the second tree was last seen 1.5 s ago, the third 0.5 s ago.
+    for north, east, radius, _ in trees[1:]:
+        gap = np.hypot(found.discs[:, 0] - north, found.discs[:, 1] - east)
+        assert gap.min() < 0.25
+        assert found.discs[gap.argmin(), 2] == pytest.approx(radius, abs=0.3)
+    assert len(found.discs) <= 6
+    for north, east, radius in found.discs[:, :3]:
+        assert world.world.signed_distance_m(north, east, -5.0) + radius < 0.5
+
+
+def test_memory_grows_and_fades(scene: MakeScene) -> None:
+    process, world = pipeline(memory_s=1.0, memory_growth_m_s=0.1), scene(cylinders=[(4.0, 0.0, 0.5, 9.0)])
+    first = process.process(world.shoot(pose()), pose()).discs[0, 2]
+    away = pose(yaw_deg=180.0)
+    radii = [process.process(world.shoot(away), away).discs[:, 2].tolist() for _ in range(35)]
+    assert radii[14] == pytest.approx([first + 0.05], abs=1e-9)
+    assert radii[-1] == []
+
+
+def test_a_place_seen_free_is_forgotten(scene: MakeScene) -> None:
+    process = pipeline()
+    with_pole, without = scene(cylinders=[(4.0, 0.0, 0.3, 9.0)]), scene(boxes=[(7.0, 0.0, 0.5, 6.0, 9.0, 0.0)])
+    assert len(process.process(with_pole.shoot(pose()), pose()).discs) == 1
+    without.number = 1
+    assert process.process(without.shoot(pose()), pose()).discs[:, 0].min() > 6.0
+
+
+def test_what_is_hidden_behind_something_nearer_is_remembered(scene: MakeScene) -> None:
+    process = pipeline()
+    open_view, blocked = scene(cylinders=[(6.0, 0.0, 0.3, 9.0)]), scene(boxes=[(3.0, 0.0, 0.5, 3.0, 9.0, 0.0)])
+    process.process(open_view.shoot(pose()), pose())
+    blocked.number = 1
+    discs = process.process(blocked.shoot(pose()), pose()).discs
+    assert np.hypot(discs[:, 0] - 6.0, discs[:, 1]).min() < 0.3
+
+
+@pytest.mark.parametrize("distance", [1.5, 4.0, 8.0])
+def test_vehicles_are_not_obstacles_but_the_tree_behind_them_is(scene: MakeScene, distance: float) -> None:
+    world = scene(cylinders=[(distance + 2.0, 1.5, 0.5, 9.0)] if distance < 7 else [])
+    process = pipeline()
+    body = np.array([[distance, 0.0, -5.0, 0.35]])
+    seen = process.process(world.shoot(pose(), body), pose()).discs
+    assert np.hypot(seen[:, 0] - distance, seen[:, 1]).min() < 0.5
+    exclude = np.array([[distance, 0.0, 0.8]])
+    for _ in range(10):
+        found = process.process(world.shoot(pose(), body), pose(), exclude).discs
+        assert len(found) == len(world.world.cylinders)
+        assert not len(found) or np.hypot(found[0, 0] - distance - 2.0, found[0, 1] - 1.5) < 0.3
+
+
+def test_a_vehicle_that_flies_by_leaves_no_trail(scene: MakeScene) -> None:
+    process, world = pipeline(), scene()
+    for step in range(60):
+        north, east = 5.0, -6.0 + 0.2 * step
+        body = np.array([[north, east, -5.0, 0.35]])
+        found = process.process(world.shoot(pose(), body), pose(), np.array([[north, east, 0.8]]))
+        assert len(found.discs) == 0
+
+
+def test_an_exclusion_without_numbers_excludes_nothing(scene: MakeScene) -> None:
+    frame = scene(cylinders=[(4.0, 0.0, 0.5, 9.0)]).shoot(pose())
+    found = pipeline().process(frame, pose(), np.array([[math.nan, 0.0, 2.0], [4.0, 0.0, math.inf], [4.0, 0.0, 0.0]]))
+    assert len(found.discs) == 1
+
+
+def test_flying_through_a_wood_stays_honest_and_small(scene: MakeScene) -> None:
+    random = np.random.default_rng(3)
+    trees = [(float(n), float(e), 0.3 + 0.3 * random.random(), 9.0) for n in range(4, 44, 5) for e in range(-12, 13, 6)]
+    trees = [(n, e + 3.0 * (i % 2), r, h) for i, (n, e, r, h) in enumerate(trees)]
+    process, world = pipeline(), scene(cylinders=trees)
+    for step in range(120):
+        t = step / 30
+        at = pose(north=4.0 * t, east=math.sin(t), roll_deg=15 * math.sin(3 * t), pitch_deg=-8.0, yaw_deg=30 * math.sin(1.5 * t))
+        found = process.process(world.shoot(at), at)
+        assert len(found.discs) <= 60
+        for north, east, radius in found.discs[:, :3]:
+            assert world.world.signed_distance_m(north, east, -5.0) + radius < 1.2
+
+
+def test_a_frame_takes_less_than_a_tenth_of_its_period(scene: MakeScene) -> None:
+    process, world = pipeline(), scene(boxes=[(4.0, 0.0, 0.5, 12.0, 9.0, 0.0)])
+    frames = [world.shoot(pose()) for _ in range(20)]
+    took = []
+    for frame in frames:
+        start = time.thread_time()
+        process.process(frame, pose())
+        took.append(time.thread_time() - start)
+    assert np.median(took) < 0.0033
