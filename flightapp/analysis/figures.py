@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flightapp.analysis import timing
-from flightapp.analysis.map_data import EVADER_COLOUR, OTHER_LABEL, MapData, map_data, origin_s, vehicle_colours
+from flightapp.analysis.map_data import EVADER_COLOUR, OTHER_LABEL, MapData, map_data, origin_name, origin_s, vehicle_colours
 from flightapp.analysis.outcome import captured_s, pursuers_of
 from flightapp.analysis.run import Run, VehicleRun
 from flightapp.core.types import Array
@@ -171,7 +171,7 @@ def _chart(
     markers: bool = False,
     shown_max: float | None = None,
 ) -> Figure:
-    layout = _layout("time since the pursuit began, s", unit)
+    layout = _layout(f"time since the {origin_name(run)} began, s", unit)
     top = 14 + 20 * _legend_rows(traces)
     layout["height"] = 225 + top
     layout["margin"] = {"l": 60, "r": 20, "t": top, "b": 45}
@@ -188,7 +188,7 @@ def _chart(
     layout["yaxis"]["rangemode"] = "tozero"
     if shown_max is not None and traces:
         low = min((value for trace in traces for value in trace["y"] if value is not None), default=0.0)
-        layout["yaxis"]["range"] = [min(-0.3, 1.1 * low), shown_max]
+        layout["yaxis"]["range"] = [min(-0.3, 1.1 * low), max(shown_max, 1.5 * low)]
     if markers:
         traces = [trace | {"mode": "markers", "marker": {"size": 3.5} | trace["marker"]} for trace in traces]
     layout["shapes"], layout["annotations"] = _reference_lines(run, threshold)

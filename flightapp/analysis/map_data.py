@@ -96,6 +96,11 @@ def origin_s(run: Run) -> float:
     return min((float(series.t_s[0]) for one in run.recordings for series in one.series.values()), default=0.0)
 
 
+def origin_name(run: Run) -> str:
+    """What began at time zero."""
+    return "recording" if pursuit_start_s(run) is None else "pursuit"
+
+
 def vehicle_colours(run: Run) -> dict[str, str]:
     """One colour for each vehicle; the evader always has the same."""
     colours: dict[str, str] = {}
@@ -130,7 +135,7 @@ def _tracks(run: Run) -> tuple[list[Stretch], list[Marker]]:
             stretches.append(Stretch(vehicle.name, label, known[label], track.t_s[part] - zero_s, track.position_ned_m[part, :2]))
         start, middle = track.position_ned_m[0], track.position_ned_m[len(track) // 2]
         colour = EVADER_COLOUR if vehicle.role == "evader" else INK
-        above = bool(middle[0] < start[0])
+        above = bool(middle[0] < start[0] - 1.0)
         markers.append(Marker("start", vehicle.name, colour, (float(start[0]), float(start[1])), above))
     when_s, evader = captured_s(run), run.evader_track()
     if when_s is not None and evader is not None and evader.t_s[0] <= when_s <= evader.t_s[-1]:

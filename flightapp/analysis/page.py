@@ -12,7 +12,7 @@ import orjson
 from plotly.offline import get_plotlyjs
 
 from flightapp.analysis.figures import Figure, chart_figures, map_figure
-from flightapp.analysis.map_data import origin_s
+from flightapp.analysis.map_data import origin_name, origin_s
 from flightapp.analysis.picture import save_picture
 from flightapp.analysis.run import Run, load_run
 from flightapp.analysis.style import STYLE
@@ -60,7 +60,7 @@ def _page(run: Run, summary: Summary) -> str:
 <div class="columns"><section><h2>Figures</h2>{figures_table(summary)}</section>
 <section><h2>Vehicles</h2>{vehicles_table(summary)}</section></div>
 <section><h2>Map</h2><p class="note">{escape(_map_note(run))}</p><div id="map"></div></section>
-<section><h2>Over time</h2><p class="note">{_time_note(summary)}</p><div class="charts">{plots}</div></section>
+<section><h2>Over time</h2><p class="note">{_time_note(run, summary)}</p><div class="charts">{plots}</div></section>
 <section><h2>Events</h2>{events_table(run)}</section>
 <section><h2>Recordings</h2>{recordings_table(summary)}</section>"""
     return (
@@ -84,16 +84,14 @@ def _script(figures: list[tuple[str, Figure]]) -> str:
 
 def _verdict(summary: dict[str, Any]) -> str:
     verdict = verdict_of(summary)
-    reasons = "; ".join(verdict.reasons)
-    return (
-        f'<div class="verdict {verdict.level}"><strong>{escape(verdict.headline)}.</strong> '
-        f"{escape(reasons[:1].upper() + reasons[1:] + '.') if reasons else 'No limit was broken.'}</div>"
-    )
+    reasons = "".join(f"<li>{escape(reason)}</li>" for reason in verdict.reasons)
+    below = f"<ul>{reasons}</ul>" if reasons else " No limit was broken." if verdict.level == "good" else ""
+    return f'<div class="verdict {verdict.level}"><strong>{escape(verdict.headline)}.</strong>{below}</div>'
 
 
 def _subtitle(run: Run, summary: Summary) -> str:
     began = datetime.fromtimestamp(origin_s(run), UTC).strftime("%d %B %Y, %H:%M:%S UTC")
-    parts = [f"Pursuit began {began}"]
+    parts = [f"{origin_name(run).capitalize()} began {began}"]
     if run.mission is not None and run.mission.description:
         parts.insert(0, run.mission.description)
     if summary["seed"] is not None:
@@ -101,9 +99,9 @@ def _subtitle(run: Run, summary: Summary) -> str:
     return ". ".join(parts)
 
 
-def _time_note(summary: Summary) -> str:
+def _time_note(run: Run, summary: Summary) -> str:
     capture = "" if summary["capture_time_s"] is None else " The dotted vertical line marks the capture."
-    return f"From take-off to the end of the recordings; zero is the start of the pursuit.{capture}"
+    return f"From take-off to the end of the recordings; zero is the start of the {origin_name(run)}.{capture}"
 
 
 def _map_note(run: Run) -> str:

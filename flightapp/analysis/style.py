@@ -13,6 +13,7 @@ h3 { margin: 0 0 2px; font-size: 14px; font-weight: 600; }
 .note { margin: 0 0 8px; }
 section { background: #fff; border: 1px solid #e4e7eb; border-radius: 8px; padding: 16px 18px; margin-top: 16px; }
 .verdict { margin-top: 16px; padding: 14px 18px; border-radius: 8px; font-size: 16px; border-left: 6px solid; }
+.verdict ul { margin: 6px 0 0; padding-left: 20px; font-size: 14px; }
 .verdict.good { background: #e7f6ec; border-color: #1a7f43; }
 .verdict.attention { background: #fff5e0; border-color: #c77700; }
 .verdict.bad { background: #fdeceb; border-color: #b42318; }
@@ -22,7 +23,7 @@ section { background: #fff; border: 1px solid #e4e7eb; border-radius: 8px; paddi
 section.chart { border: 0; padding: 0; margin: 0; min-width: 0; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; padding: 5px 10px 5px 0; border-bottom: 1px solid #edf0f3; vertical-align: top; }
-th { color: #52606d; font-weight: 600; border-bottom-color: #cbd2d9; }
+th { color: #52606d; font-weight: 600; white-space: nowrap; border-bottom-color: #cbd2d9; }
 table.figures td:first-child, table.vehicles td:first-child { color: #52606d; }
 table.figures td:last-child { text-align: right; padding-right: 0; white-space: nowrap; }
 table.vehicles td, table.events td:first-child { white-space: nowrap; }

@@ -41,6 +41,7 @@ def summarise(run: Run) -> Summary:
         "memory_mb": _load(vehicles, "memory_mb"),
         "dropped": _total(vehicles),
         "events": {level: sum(figures["events"][level] for figures in vehicles.values()) for level in _LEVELS},
+        "errors": _errors(run),
         "recordings": _recordings(run),
         "vehicles": vehicles,
     }
@@ -93,6 +94,18 @@ def _seed(run: Run) -> int | None:
 def _separation_required_m(run: Run) -> float | None:
     """The largest separation that a pursuer's profile asks for."""
     return max((v.profile.safety.separation_min_m for v in pursuers_of(run) if v.profile is not None), default=None)
+
+
+def _errors(run: Run) -> list[dict[str, Any]]:
+    """The first error event of each vehicle, in the order of their times; `t_s` is fleet time."""
+    found = []
+    for vehicle in run.vehicles:
+        events = vehicle.recording.topic("/event")
+        for t_s, event in zip(events.t_s.tolist(), events.messages, strict=True):
+            if event.get("level") == "error":
+                found.append({"t_s": t_s, "vehicle": vehicle.name, "name": event.get("name"), "text": event.get("text")})
+                break
+    return sorted(found, key=lambda error: float(error["t_s"]))
 
 
 def _recordings(run: Run) -> list[dict[str, Any]]:

@@ -54,12 +54,10 @@ def _broken(summary: dict[str, Any]) -> list[str]:
 
 
 def _remarks(summary: dict[str, Any]) -> list[str]:
-    found = []
+    found = [f"{error['vehicle']}: {error['text']}" for error in summary["errors"]]
     cut = [recording["file"] for recording in summary["recordings"] if not recording["complete"]]
     if cut:
         found.append(f"incomplete recordings: {', '.join(cut)}")
     if summary["dropped"]:
         found.append(f"{summary['dropped']} messages were not recorded")
-    if summary["events"]["error"]:
-        found.append(f"{summary['events']['error']} errors in the events")
     return found

@@ -50,6 +50,7 @@ def test_mission_outcome_and_times(summary: Summary) -> None:
     assert summary["capture_time_s"] == pytest.approx(CAPTURED_S - PURSUE_S, abs=0.05)
     assert [one["complete"] for one in summary["recordings"]] == [True] * 4
     assert summary["dropped"] == 0
+    assert summary["errors"] == []
     assert summary["events"] == {"info": 6, "warning": 1, "error": 0}
 
 
@@ -97,6 +98,9 @@ def test_what_broke_a_limit_is_said(summary: Summary) -> None:
     assert verdict.level == "bad"
     assert len(verdict.reasons) == 3
     assert verdict_of(summary | {"outcome": "timeout", "capture_time_s": None}).level == "attention"
+    error = {"t_s": T0_S, "vehicle": "p1", "name": "fault", "text": "no depth frames"}
+    fault = verdict_of(summary | {"outcome": "fault", "errors": [error]})
+    assert (fault.level, fault.headline, fault.reasons) == ("bad", "The mission ended with a fault", ("p1: no depth frames",))
     assert verdict_of(summary | {"outcome": None}).headline == "No outcome was recorded"
 
 
