@@ -104,7 +104,7 @@ class DynamicWindow:
             "velocity": critics.velocity(speeds),
         }
         if memory_weight != 0.0:
-            scores["memory"] = critics.memory(self._paths, steps, history, parameters.memory_scale_m)
+            scores["memory"] = critics.memory(self._paths, steps, history, parameters.memory_scale_m, admissible)
         total = critics.weighted(scores, weights, admissible, raw=parameters.raw_scores)
         best = int(admissible[int(total.argmax())])
         summary = {name: float(score[best]) for name, score in scores.items()}

@@ -87,14 +87,20 @@ def roll_out(
         heading = start[2]
         clearance = saturation_m
         verdict = 0
+        step_n = v * step_s * math.cos(heading + 0.5 * w * step_s)
+        step_e = v * step_s * math.sin(heading + 0.5 * w * step_s)
+        cos = math.cos(w * step_s)
+        sin = math.sin(w * step_s)
         for k in range(steps):
-            middle = heading + 0.5 * w * step_s
-            next_n = n + v * step_s * math.cos(middle)
-            next_e = e + v * step_s * math.sin(middle)
+            next_n = n + step_n
+            next_e = e + step_e
             clearance = segment_clearance_m(scene, k * step_s, step_s, n, e, next_n, next_e, clearance)
             n = next_n
             e = next_e
             heading += w * step_s
+            turned_n = cos * step_n - sin * step_e
+            step_e = sin * step_n + cos * step_e
+            step_n = turned_n
             paths[c, k, 0] = n
             paths[c, k, 1] = e
             if clearance <= 0.0:

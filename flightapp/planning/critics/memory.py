@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flightapp.core.types import Array
 from flightapp.planning.compiled import compiled
 
 
-@compiled("void(f8[:,:,::1],i8,f8[:,::1],f8,f8[::1])")
-def _memory(paths: Array, steps: int, history: Array, scale_m: float, out: Array) -> None:
+@compiled("void(f8[:,:,::1],i8,f8[:,::1],f8,i8[::1],f8[::1])")
+def _memory(paths: Array, steps: int, history: Array, scale_m: float, which: NDArray[np.intp], out: Array) -> None:
     reach2 = 9.0 * scale_m * scale_m
     factor = -0.5 / (scale_m * scale_m)
-    for c in range(paths.shape[0]):
+    for c in which:
         total = 0.0
         for k in range(steps):
             for h in range(history.shape[0]):
@@ -26,11 +27,12 @@ def _memory(paths: Array, steps: int, history: Array, scale_m: float, out: Array
         out[c] = total
 
 
-def memory(paths: Array, steps: int, history: Array, scale_m: float) -> Array:
+def memory(paths: Array, steps: int, history: Array, scale_m: float, which: NDArray[np.intp]) -> Array:
     """Sum of exp(-d^2 / (2 scale^2)) over the first `steps` points of each path and the history, (n,); a penalty.
 
-    paths (n, >=steps, 2) and history (h, 2) in m; the kernel is cut off at three scales.
+    paths (n, >=steps, 2) and history (h, 2) in m; the kernel is cut off at three scales. Candidates
+    other than the indices `which` score 0.
     """
-    out = np.empty(len(paths))
-    _memory(paths, steps, history, scale_m, out)
+    out = np.zeros(len(paths))
+    _memory(paths, steps, history, scale_m, which, out)
     return out

@@ -1,0 +1,120 @@
+"""Properties of the interception game (section 10)."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flightapp.planning.ac2f.apollonius import Game, dominance, solve
+from flightapp.planning.plane import Point, Segment, distance_to
+
+coordinate = st.floats(-40.0, 40.0).map(lambda value: round(value, 3))
+place = st.tuples(coordinate, coordinate)
+above = st.tuples(st.floats(20.0, 60.0), coordinate)
+ratio = st.floats(1.05, 3.0)
+LINE: tuple[Segment, ...] = (((0.0, -200.0), (0.0, 200.0)),)
+
+
+def game(pursuers: list[Point], evader: Point, ratios: list[float], sides: tuple[Segment, ...] = LINE) -> Game:
+    return solve(pursuers, evader, ratios, sides)
+
+
+@given(st.lists(place, min_size=1, max_size=4), place, above, ratio)
+def test_adding_a_pursuer_never_moves_the_game_point_nearer_to_the_boundary(
+    pursuers: list[Point], another: Point, evader: Point, speed_ratio: float
+) -> None:
+    before = game(pursuers, evader, [speed_ratio] * len(pursuers))
+    after = game([*pursuers, another], evader, [speed_ratio] * (len(pursuers) + 1))
+    assert after.distance_m >= before.distance_m - 1e-4
+    assert all(region.contains(after.point) for region in before.regions)
+
+
+@given(st.lists(st.tuples(place, st.floats(0.6, 2.5)), min_size=1, max_size=4), above)
+def test_the_game_point_is_in_every_region(pursuers: list[tuple[Point, float]], evader: Point) -> None:
+    found = game([p for p, _ in pursuers], evader, [r for _, r in pursuers])
+    assert all(region.depth_m(found.point) > -1e-3 for region in found.regions)
+
+
+@given(st.lists(place, min_size=1, max_size=3), above, ratio, st.floats(-3.1, 3.1), coordinate, coordinate)
+def test_the_distance_is_invariant_under_rotation_and_translation(
+    pursuers: list[Point], evader: Point, speed_ratio: float, angle: float, north: float, east: float
+) -> None:
+    def moved(point: Point) -> Point:
+        cos, sin = math.cos(angle), math.sin(angle)
+        return cos * point[0] - sin * point[1] + north, sin * point[0] + cos * point[1] + east
+
+    ratios = [speed_ratio] * len(pursuers)
+    here = game(pursuers, evader, ratios)
+    sides = tuple((moved(a), moved(b)) for a, b in LINE)
+    there = game([moved(p) for p in pursuers], moved(evader), ratios, sides)
+    assert there.distance_m == pytest.approx(here.distance_m, abs=1e-4)
+    assert there.contested == here.contested or here.distance_m < 1e-3
+
+
+@given(place, above, place)
+def test_near_equal_speed_is_continuous(pursuer: Point, evader: Point, point: Point) -> None:
+    if math.dist(pursuer, evader) < 1.0:
+        return
+    middle = dominance(pursuer, evader, 1.0)
+    for speed_ratio in (1.0 - 1e-5, 1.0 + 1e-5):
+        assert dominance(pursuer, evader, speed_ratio).depth_m(point) == pytest.approx(middle.depth_m(point), abs=0.1)
+
+
+@given(place, above, st.floats(0.3, 3.0), place)
+def test_a_region_is_where_the_evader_is_no_later(pursuer: Point, evader: Point, speed_ratio: float, point: Point) -> None:
+    margin = math.dist(point, pursuer) - speed_ratio * math.dist(point, evader)
+    if abs(margin) > 1e-3 and math.dist(pursuer, evader) > 1e-3:
+        assert (dominance(pursuer, evader, speed_ratio).depth_m(point) >= 0.0) == (margin > 0.0)
+
+
+def test_head_on_the_point_is_where_both_arrive() -> None:
+    found = game([(0.0, 0.0)], (30.0, 0.0), [2.0])
+    assert found.contested
+    assert found.point == pytest.approx((20.0, 0.0))
+    assert found.goals == (found.point,)
+
+
+def test_the_boundary_in_reach_is_not_contested_and_the_nearest_point_is_taken() -> None:
+    found = game([(40.0, 0.0)], (5.0, 3.0), [1.5])
+    assert not found.contested
+    assert found.point == pytest.approx((0.0, 3.0))
+
+
+def test_a_faster_evader_reaches_the_boundary() -> None:
+    found = game([(10.0, 0.0)], (30.0, 0.0), [0.5])
+    assert not found.contested
+    assert found.distance_m == pytest.approx(0.0, abs=1e-9)
+
+
+def test_coincident_pursuer_leaves_only_the_evader_itself() -> None:
+    for speed_ratio in (1.0, 2.0):
+        found = game([(30.0, 0.0)], (30.0, 0.0), [speed_ratio])
+        assert found.point == pytest.approx((30.0, 0.0))
+
+
+def test_inside_a_closed_boundary_the_game_is_lost() -> None:
+    corners = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)]
+    sides = tuple(zip(corners, [*corners[1:], corners[0]], strict=True))
+    found = solve([(20.0, 5.0)], (5.0, 5.0), [2.0], sides, closed=True)
+    assert not found.contested
+    assert found.goals == ((5.0, 5.0),)
+
+
+def test_inactive_pursuers_get_another_goal_on_the_edge() -> None:
+    found = game([(2.0, 0.0), (3.0, 40.0)], (30.0, 0.0), [2.0, 2.0])
+    assert found.active == (True, False)
+    assert found.goals[0] == found.point
+    assert math.dist(found.goals[0], found.goals[1]) == pytest.approx(3.0)
+    assert all(abs(region.depth_m(found.goals[1])) < 1e-6 or region.contains(found.goals[1]) for region in found.regions)
+
+
+def test_a_polygon_is_defended_at_its_nearest_side() -> None:
+    corners = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)]
+    sides = tuple(zip(corners, [*corners[1:], corners[0]], strict=True))
+    found = solve([(12.0, 5.0)], (40.0, 5.0), [2.0], sides, closed=True)
+    assert found.contested
+    assert found.point[1] == pytest.approx(5.0)
+    assert found.distance_m == pytest.approx(distance_to(found.point, sides))

@@ -1,0 +1,191 @@
+"""The fine stage: kernel against a plain reference, the window, admissibility, weights."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flightapp.core.types import Array
+from flightapp.planning import critics
+from flightapp.planning.ac2f import Ac2fParameters
+from flightapp.planning.ac2f.dynamic_window import DynamicWindow, Motion, adaptive_weights
+from flightapp.planning.ac2f.free_gap import widest_gap_bearing
+from flightapp.planning.ac2f.rollout import roll_out
+from tests.planning.closed_loop import limits
+
+PARAMETERS = Ac2fParameters()
+STEP_S, STEPS, SATURATION_M, DECELERATION, REACTION_S, BRAKING_STEPS = 0.1, 10, 2.0, 4.0, 0.3, 6
+
+
+def scene_of(rows: list[tuple[float, ...]]) -> Array:
+    return np.array([(*row, 0.0) for row in rows], dtype=np.float64).reshape(-1, 6)
+
+
+def random_scene(random: np.random.Generator, count: int, moving: bool = True) -> Array:
+    bearing, distance = random.uniform(-math.pi, math.pi, count), random.uniform(2.0, 8.0, count)
+    velocity = random.uniform(-2.0, 2.0, (count, 2)) if moving else np.zeros((count, 2))
+    scene = np.zeros((count, 6))
+    scene[:, 0], scene[:, 1] = distance * np.cos(bearing), distance * np.sin(bearing)
+    scene[:, 2] = random.uniform(0.3, 1.5, count)
+    scene[:, 3:5] = velocity
+    return scene
+
+
+def moved(pose: Array, ways: Array, turns: Array) -> Array:
+    """Poses (n, 3) after chords of length `ways` (n,) in the direction of the middle heading."""
+    middle = pose[:, 2] + 0.5 * turns
+    return np.stack((pose[:, 0] + ways * np.cos(middle), pose[:, 1] + ways * np.sin(middle), pose[:, 2] + turns), axis=1)
+
+
+def clearance_of(scene: Array, before: Array, after: Array, t_s: Array, step_s: Array) -> Array:
+    """Smallest distance (n,) to the moving discs along each chord."""
+    if len(scene) == 0:
+        return np.full(len(before), np.inf)
+    start = before[:, None, :2] - scene[None, :, :2] - scene[None, :, 3:5] * t_s[:, None, None]
+    along = (after - before)[:, None, :2] - scene[None, :, 3:5] * step_s[:, None, None]
+    length2 = np.maximum((along**2).sum(axis=2), 1e-300)
+    fraction = np.clip(-(start * along).sum(axis=2) / length2, 0.0, 1.0)
+    nearest = start + fraction[:, :, None] * along
+    return np.asarray((np.hypot(nearest[:, :, 0], nearest[:, :, 1]) - scene[None, :, 2]).min(axis=1))
+
+
+def reference(start: Array, speeds: Array, turns: Array, scene: Array) -> tuple[Array, Array, Array]:
+    """Clearance, verdict and end pose of every candidate, in plain NumPy."""
+    count = len(speeds)
+    pose = np.tile(start, (count, 1))
+    clearance = np.full(count, SATURATION_M)
+    step = np.full(count, STEP_S)
+    for k in range(STEPS):
+        after = moved(pose, speeds * STEP_S, turns * STEP_S)
+        clearance = np.minimum(clearance, clearance_of(scene, pose, after, np.full(count, k * STEP_S), step))
+        pose = after
+    ends = pose.copy()
+    gap = np.full(count, np.inf)
+    moving = speeds > 0.0
+    brake_step = (REACTION_S + speeds / DECELERATION) / BRAKING_STEPS
+
+    def way(t_s: Array) -> Array:
+        return speeds * t_s - 0.5 * DECELERATION * np.maximum(0.0, t_s - REACTION_S) ** 2
+
+    for k in range(BRAKING_STEPS):
+        length = way((k + 1) * brake_step) - way(k * brake_step)
+        after = moved(pose, length, np.where(moving, turns * length / np.where(moving, speeds, 1.0), 0.0))
+        gap = np.minimum(gap, clearance_of(scene, pose, after, STEPS * STEP_S + k * brake_step, brake_step))
+        pose = after
+    verdict = np.where(clearance <= 0.0, 1, np.where(moving & (gap <= 0.0), 2, 0))
+    return clearance, verdict, ends
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_kernel_agrees_with_the_reference(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    scene = random_scene(random, 40)
+    start = np.array((0.0, 0.0, random.uniform(-3.0, 3.0)))
+    speeds, turns = random.uniform(0.0, 5.0, 441), random.uniform(-3.0, 3.0, 441)
+    paths, ends, clearances = np.zeros((441, STEPS, 2)), np.zeros((441, 3)), np.zeros(441)
+    verdicts = np.zeros(441, dtype=np.int64)
+    roll_out(
+        start, speeds, turns, scene, STEP_S, STEPS, SATURATION_M, DECELERATION, REACTION_S, BRAKING_STEPS,
+        paths, ends, clearances, verdicts,
+    )  # fmt: skip
+    clearance, verdict, end = reference(start, speeds, turns, scene)
+    np.testing.assert_array_equal(verdicts, verdict)
+    free = verdict != 1
+    np.testing.assert_allclose(clearances[free], clearance[free], atol=1e-9)
+    np.testing.assert_allclose(ends[free], end[free], atol=1e-9)
+
+
+def test_the_kernel_refuses_another_layout() -> None:
+    scene = random_scene(np.random.default_rng(0), 40)[::2]
+    with pytest.raises(TypeError):
+        roll_out(
+            np.zeros(3), np.zeros(1), np.zeros(1), scene, 0.1, 1, 2.0, 4.0, 0.3, 1,
+            np.zeros((1, 1, 2)), np.zeros((1, 3)), np.zeros(1), np.zeros(1, dtype=np.int64),
+        )  # fmt: skip
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 10_000), st.floats(0.0, 5.0), st.floats(-3.0, 3.0), st.booleans())
+def test_a_choice_is_inside_the_window_and_its_arc_stops_clear(seed: int, speed: float, turn: float, near: bool) -> None:
+    random = np.random.default_rng(seed)
+    scene = random_scene(random, 12, moving=False)
+    scene[:, 2] = np.minimum(scene[:, 2], np.hypot(scene[:, 0], scene[:, 1]) - 0.5)
+    vehicle = limits()
+    window = DynamicWindow(PARAMETERS, vehicle)
+    motion = Motion((0.0, 0.0), 0.0, speed, turn)
+    choice = window.choose(motion, (5.0, 0.0), 5.0, scene, np.zeros((0, 2)), near=near, memory_weight=0.0)
+    assert 0.0 <= choice.speed_m_s <= vehicle.speed_max_m_s
+    assert abs(choice.turn_rad_s) <= vehicle.yaw_rate_max_rad_s + 1e-9
+    assert abs(choice.speed_m_s - speed) <= vehicle.acceleration_max_m_s2 * PARAMETERS.control_period_s + 1e-9
+    if not choice.admissible:
+        assert sum(choice.tally.values()) == PARAMETERS.speed_samples * PARAMETERS.turn_samples
+        return
+    assert abs(choice.speed_m_s * choice.turn_rad_s) <= vehicle.acceleration_max_m_s2 + 1e-6
+    position, heading, v = np.zeros(2), 0.0, choice.speed_m_s
+    horizon = PARAMETERS.horizon_terminal_s if near else PARAMETERS.horizon_s
+    t_s, dt = 0.0, 0.005
+    while v > 0.0:
+        curvature = choice.turn_rad_s / choice.speed_m_s
+        position += v * dt * np.array((math.cos(heading), math.sin(heading)))
+        heading += curvature * v * dt
+        t_s += dt
+        if t_s > horizon + PARAMETERS.reaction_s:
+            v -= 4.0 * dt
+        assert (np.hypot(*(scene[:, :2] - position).T) - scene[:, 2]).min() > -0.05
+
+
+def test_standing_before_a_wall_all_around_turns_to_the_gap() -> None:
+    ring = [(math.cos(a), math.sin(a), 0.35, -math.cos(a), -math.sin(a)) for a in np.arange(-2.4, 2.5, 0.4)]
+    window = DynamicWindow(PARAMETERS, limits())
+    choice = window.choose(
+        Motion((0.0, 0.0), 0.0, 0.0, 0.0), (5.0, 0.0), 5.0, scene_of(ring), np.zeros((0, 2)), near=False, memory_weight=0.0
+    )
+    assert not choice.admissible
+    assert choice.speed_m_s == 0.0
+    assert choice.look_rad is not None
+    assert abs(choice.look_rad) > 2.5
+
+
+def test_moving_without_admissible_arc_brakes() -> None:
+    wall = scene_of([(1.0, east, 0.5, 0.0, 0.0) for east in np.arange(-4.0, 4.1, 0.5)])
+    choice = DynamicWindow(PARAMETERS, limits()).choose(
+        Motion((0.0, 0.0), 0.0, 4.0, 0.0), (5.0, 0.0), 5.0, wall, np.zeros((0, 2)), near=False, memory_weight=0.0
+    )
+    assert not choice.admissible
+    assert choice.speed_m_s == pytest.approx(3.5)
+
+
+def test_widest_gap() -> None:
+    assert widest_gap_bearing(scene_of([]), (0.0, 0.0), 5.0) is None
+    behind = scene_of([(-1.0, 0.0, 0.3, 0.0, 0.0)])
+    assert widest_gap_bearing(behind, (0.0, 0.0), 5.0) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_weights_swap_exactly() -> None:
+    far, near = adaptive_weights(PARAMETERS, False, 0.0), adaptive_weights(PARAMETERS, True, 0.15)
+    assert (far["heading"], far["clearance"], far["velocity"]) == (near["velocity"], near["clearance"], near["heading"])
+    assert near["memory"] == -0.15
+
+
+def test_scores_are_normalised_over_the_admissible_or_raw() -> None:
+    scores = {"a": np.array((0.0, 5.0, 10.0, 99.0)), "b": np.array((1.0, 1.0, 1.0, 1.0))}
+    weights = {"a": 0.5, "b": 0.5}
+    chosen = np.array((0, 1, 2))
+    np.testing.assert_allclose(critics.weighted(scores, weights, chosen), (0.0, 0.25, 0.5))
+    np.testing.assert_allclose(critics.weighted(scores, weights, chosen, raw=True), (0.5, 3.0, 5.5))
+
+
+def test_memory_and_heading_against_plain_numpy() -> None:
+    random = np.random.default_rng(3)
+    paths, history = random.normal(0.0, 1.0, (9, 4, 2)), random.normal(0.0, 1.0, (5, 2))
+    distance2 = ((paths[:, :, None, :] - history[None, None, :, :]) ** 2).sum(axis=3)
+    expected = np.where(distance2 < 2.25, np.exp(-distance2 / 0.5), 0.0).sum(axis=(1, 2))
+    np.testing.assert_allclose(critics.memory(paths, 4, history, 0.5, np.arange(9)), expected)
+    ends = random.normal(0.0, 3.0, (9, 3))
+    sight = np.arctan2(2.0 - ends[:, 1], 1.0 - ends[:, 0])
+    turn = np.abs((ends[:, 2] - sight + np.pi) % (2 * np.pi) - np.pi)
+    np.testing.assert_allclose(critics.heading(ends, (1.0, 2.0)), np.pi - turn)
