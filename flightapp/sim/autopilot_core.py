@@ -158,7 +158,7 @@ class AutopilotCore:
             return
         fault.felt("arm" if arm else "disarm")
         if fault.verb == "garbage":
-            done(fault.random.choice((TEMPORARILY_REJECTED, DENIED, mavlink.MAV_RESULT_FAILED, mavlink.MAV_RESULT_CANCELLED)))
+            done(fault.random.choice(tuple(RESULTS.values())))
         elif fault.verb == "wrong":
             done(ACCEPTED)
         elif fault.verb in ("slow", "delayed"):

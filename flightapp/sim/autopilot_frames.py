@@ -16,7 +16,6 @@ from flightapp.core.geodesy import (
 )
 from flightapp.sim.multirotor import Vector
 
-
 _ANCHOR_REACH_M = 20.0
 """Around an anchor this far the geodetic position is linear in the mission frame to better than 0.1 mm."""
 
