@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import difflib
+import json
+import re
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,6 +15,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from flightapp.core.errors import InputError
 
 Model = TypeVar("Model", bound=BaseModel)
+
+SHOWN_MAX = 80
 
 
 class Strict(BaseModel):
@@ -36,11 +41,16 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def validate(model: type[Model], tables: dict[str, Any], path: Path) -> Model:
-    """`tables` as `model`; InputError lists every finding, one sentence each."""
+    """`tables` as `model`; InputError lists every finding, one sentence each.
+
+    Types are taken at their word, as in JSON: '5' is not a number, 1 is not true, 1.5 is not a whole number.
+    """
     try:
-        return model.model_validate(tables)
+        return model.model_validate_json(json.dumps(tables, default=str), strict=True)
     except ValidationError as error:
-        raise InputError("\n".join(_sentence(path, model, finding) for finding in error.errors())) from None
+        findings = error.errors()
+        sentences = [_sentence(path, model, finding) for finding in findings if not _follows_from_another(finding, findings)]
+        raise InputError("\n".join(dict.fromkeys(sentences))) from None
 
 
 def load(model: type[Model], path: Path) -> Model:
@@ -49,22 +59,85 @@ def load(model: type[Model], path: Path) -> Model:
 
 
 def _sentence(path: Path, model: type[BaseModel], finding: Any) -> str:
-    location = _location(finding["loc"])
-    value = finding["input"]
-    shown = repr(value) if isinstance(value, (str, int, float, bool)) or value is None else None
+    parts = _own_parts(finding["loc"])
+    location = _location(parts)
+    shown = _shown(finding["input"])
     kind = finding["type"]
     if kind == "extra_forbidden":
-        known = _known_keys(model, finding["loc"][:-1])
-        near = difflib.get_close_matches(str(finding["loc"][-1]), known, n=1, cutoff=0.5)
+        known = _known_keys(model, parts[:-1])
+        near = difflib.get_close_matches(str(parts[-1]), known, n=1, cutoff=0.5)
         right = f"did you mean '{near[0]}'?" if near else f"known here: {', '.join(sorted(known))}"
-        return f"{path}: {location} = {shown or '...'}: unknown field; {right}"
+        return f"{path}: {location} = {shown}: unknown field; {right}"
     if kind == "missing":
         return f"{path}: {location}: missing; this field is required"
-    message = str(finding["msg"]).removeprefix("Value error, ")
-    message = message[0].lower() + message[1:]
-    if not location:
-        return f"{path}: {message}"
-    return f"{path}: {location}{f' = {shown}' if shown is not None else ''}: {message}"
+    if kind == "value_error":
+        message = str(finding["ctx"]["error"])
+        if _NAMES_A_FIELD.match(message):
+            return f"{path}: {f'{location}.' if location else ''}{message}"
+    elif parts != finding["loc"]:
+        message = "must be a number, true or false, a text, a list of numbers, or a table of numbers and texts"
+        return f"{path}: {location}: {message}"
+    else:
+        message = _message(kind, finding)
+    return f"{path}: {location} = {shown}: {message}" if location else f"{path}: {message}"
+
+
+_NAMES_A_FIELD = re.compile(r"[a-z_0-9]+(\[\d+\])?(\.[\w-]+(\[\d+\])?)*( =|:) ")
+
+_WORDS = {
+    "float_type": "must be a number",
+    "int_type": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "bool_type": "must be true or false",
+    "string_type": "must be a text in quotes",
+    "path_type": "must be a path in quotes",
+    "model_type": "must be a table",
+    "model_attributes_type": "must be a table",
+    "dict_type": "must be a table",
+    "tuple_type": "must be a list",
+    "list_type": "must be a list",
+    "finite_number": "must be a finite number",
+    "greater_than": "must be greater than {gt}",
+    "greater_than_equal": "must be at least {ge}",
+    "less_than": "must be less than {lt}",
+    "less_than_equal": "must be at most {le}",
+    "literal_error": "must be {expected}",
+    "string_pattern_mismatch": "must match the pattern {pattern}",
+    "string_too_short": "must not be empty",
+    "too_short": "must have at least {min_length} entries",
+    "too_long": "must have at most {max_length} entries",
+}
+
+
+def _message(kind: str, finding: Any) -> str:
+    if kind == "too_short" and finding["ctx"]["min_length"] == 1:
+        return "must not be empty"
+    if kind in _WORDS:
+        return _WORDS[kind].format(**finding.get("ctx", {}))
+    message = str(finding["msg"])
+    return message[0].lower() + message[1:]
+
+
+def _follows_from_another(finding: Any, findings: Sequence[Any]) -> bool:
+    """A list counts as too short when one of its entries is refused: only the entry is worth a sentence."""
+    here = finding["loc"]
+    return finding["type"] == "too_short" and any(
+        len(other["loc"]) > len(here) and other["loc"][: len(here)] == here for other in findings
+    )
+
+
+def _own_parts(parts: tuple[int | str, ...]) -> tuple[int | str, ...]:
+    """The location without what the validator adds for the alternatives of a strategy parameter's type."""
+    if "parameters" in parts:
+        return parts[: parts.index("parameters") + 2]
+    return parts
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{...}"
+    text = "true" if value is True else "false" if value is False else repr(value)
+    return text if len(text) <= SHOWN_MAX else f"{text[:SHOWN_MAX]}..."
 
 
 def _location(parts: tuple[int | str, ...]) -> str:

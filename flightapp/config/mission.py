@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -15,7 +14,9 @@ from flightapp.config.loading import Strict, load
 from flightapp.core.geodesy import GeodeticPoint
 from flightapp.core.types import Boundary
 
-Vertex = tuple[float, float]
+Coordinate = Annotated[float, Field(ge=-20_000, le=20_000)]
+"""A place in the mission frame, m: the frame is flat, so it ends 20 km from the datum."""
+Vertex = tuple[Coordinate, Coordinate]
 Scalar = float | int | bool | str
 
 
@@ -40,6 +41,7 @@ class FlightVolume(Strict):
     @field_validator("vertices_m")
     @classmethod
     def _does_not_cross_itself(cls, vertices: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
+        _refuse_repeated(vertices, closed=True)
         polygon = Polygon(vertices)
         if not polygon.is_valid or polygon.area <= 0.0:
             raise ValueError("the fence crosses itself or has no area; list its corners once, in order around the volume")
@@ -48,7 +50,7 @@ class FlightVolume(Strict):
     @model_validator(mode="after")
     def _band_is_open(self) -> FlightVolume:
         if self.height_max_m <= self.height_min_m:
-            raise ValueError(f"height_max_m = {self.height_max_m} must be greater than height_min_m = {self.height_min_m}")
+            raise ValueError(f"height_max_m = {self.height_max_m}: must be greater than height_min_m = {self.height_min_m}")
         return self
 
 
@@ -61,11 +63,20 @@ class ProtectedBoundary(Strict):
     @field_validator("vertices_m")
     @classmethod
     def _is_a_line(cls, vertices: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
-        if any(math.dist(a, b) == 0.0 for a, b in itertools.pairwise(vertices)):
-            raise ValueError("two neighbouring vertices are the same point; list each once")
+        _refuse_repeated(vertices, closed=False)
         if not LineString(vertices).is_simple:
             raise ValueError("the boundary crosses itself; list its vertices in order")
         return vertices
+
+    @model_validator(mode="after")
+    def _is_a_ring_when_closed(self) -> ProtectedBoundary:
+        if self.closed:
+            _refuse_repeated(self.vertices_m, closed=True, field="vertices_m")
+            if len(self.vertices_m) < 3:
+                raise ValueError(f"vertices_m = {self.vertices_m}: a closed boundary must have at least 3 vertices")
+            if not Polygon(self.vertices_m).is_valid:
+                raise ValueError("vertices_m: the closed boundary crosses itself; list its vertices once, in order around it")
+        return self
 
     def as_boundary(self) -> Boundary:
         return Boundary(np.array(self.vertices_m, dtype=np.float64), self.closed)
@@ -88,7 +99,7 @@ class Capture(Strict):
     def _hold_is_a_capture(self) -> Capture:
         if self.hold_radius_m > self.radius_m:
             raise ValueError(
-                f"hold_radius_m = {self.hold_radius_m} must not exceed radius_m = {self.radius_m}: holding would undo the capture"
+                f"hold_radius_m = {self.hold_radius_m}: must not exceed radius_m = {self.radius_m}: holding would undo the capture"
             )
         return self
 
@@ -96,8 +107,8 @@ class Capture(Strict):
 class Start(Strict):
     """Where a vehicle stands before take-off, in the mission frame; on the ground."""
 
-    north_m: float
-    east_m: float
+    north_m: Coordinate
+    east_m: Coordinate
     heading_deg: float = Field(default=0.0, ge=-180, le=360)
     ground_height_m: float = 0.0
     """Height of the ground there above the datum."""
@@ -130,8 +141,8 @@ class Vehicle(Strict):
 class Cylinder(Strict):
     """A vertical cylinder standing on the ground."""
 
-    north_m: float
-    east_m: float
+    north_m: Coordinate
+    east_m: Coordinate
     radius_m: float = Field(gt=0)
     height_m: float = Field(gt=0)
 
@@ -139,8 +150,8 @@ class Cylinder(Strict):
 class Box(Strict):
     """A box standing on the ground; `length_m` along `heading_deg`, `width_m` across."""
 
-    north_m: float
-    east_m: float
+    north_m: Coordinate
+    east_m: Coordinate
     length_m: float = Field(gt=0)
     width_m: float = Field(gt=0)
     height_m: float = Field(gt=0)
@@ -195,6 +206,7 @@ class Mission(Strict):
     @model_validator(mode="after")
     def _is_flyable(self) -> Mission:
         _check_unique(self)
+        _check_boundary(self)
         _check_starts(self)
         _check_heights(self)
         return self
@@ -245,14 +257,24 @@ def _check_unique(mission: Mission) -> None:
             raise ValueError(f"simulation.faults.{name}: no vehicle has this name; known: {', '.join(names)}")
 
 
+def _check_boundary(mission: Mission) -> None:
+    boundary = mission.boundary
+    line = Polygon(boundary.vertices_m) if boundary.closed else LineString(boundary.vertices_m)
+    if not line.intersects(Polygon(mission.flight_volume.vertices_m)):
+        raise ValueError(
+            f"boundary.vertices_m = {boundary.vertices_m}: lies wholly outside the flight volume, nobody could reach it; "
+            "it must run through flight_volume.vertices_m"
+        )
+
+
 def _check_starts(mission: Mission) -> None:
     volume = Polygon(mission.flight_volume.vertices_m)
-    protected = Polygon(mission.boundary.vertices_m) if mission.boundary.closed and len(mission.boundary.vertices_m) > 2 else None
+    protected = Polygon(mission.boundary.vertices_m) if mission.boundary.closed else None
     for index, vehicle in enumerate(mission.vehicles):
         where = (vehicle.start.north_m, vehicle.start.east_m)
         if not volume.contains(Point(where)):
             raise ValueError(
-                f"vehicles[{index}].start = {where} ({vehicle.role} '{vehicle.name}'): outside the flight volume; "
+                f"vehicles[{index}].start = {where}: {vehicle.role} '{vehicle.name}' starts outside the flight volume; "
                 "it must lie inside flight_volume.vertices_m"
             )
         if vehicle.role == "evader" and protected is not None and protected.contains(Point(where)):
@@ -289,6 +311,16 @@ def _check_heights(mission: Mission) -> None:
                 f"{field} = {height}: outside the flight volume's band; "
                 f"it must lie between height_min_m = {volume.height_min_m} and height_max_m = {volume.height_max_m}"
             )
+
+
+def _refuse_repeated(vertices: tuple[Vertex, ...], *, closed: bool, field: str = "") -> None:
+    """ValueError where two neighbouring vertices are the same point."""
+    following = vertices[1:] + vertices[:1] if closed else vertices[1:]
+    for index, (vertex, after) in enumerate(zip(vertices, following, strict=False)):
+        if math.dist(vertex, after) == 0.0:
+            where = f"vertices {index} and {(index + 1) % len(vertices)} are the same point {vertex}"
+            ring = "; a closed line returns to its first vertex by itself" if closed and index + 1 == len(vertices) else ""
+            raise ValueError(f"{f'{field}: ' if field else ''}{where}; list each once{ring}")
 
 
 def _distance_to_box_m(point: Vertex, box: Box) -> float:

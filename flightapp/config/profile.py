@@ -109,9 +109,9 @@ class Camera(Strict):
     @model_validator(mode="after")
     def _is_consistent(self) -> Camera:
         if self.range_max_m <= self.range_min_m:
-            raise ValueError(f"range_max_m = {self.range_max_m} must be greater than range_min_m = {self.range_min_m}")
+            raise ValueError(f"range_max_m = {self.range_max_m}: must be greater than range_min_m = {self.range_min_m}")
         if self.source == "shared-memory" and self.path is None:
-            raise ValueError("source 'shared-memory' needs the field path")
+            raise ValueError("path: missing; source = 'shared-memory' needs it")
         return self
 
 

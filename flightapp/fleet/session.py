@@ -21,7 +21,6 @@ def zenoh_config(listen: Sequence[str], connect: Sequence[str]) -> zenoh.Config:
         "listen/endpoints": list(listen),
         "connect/endpoints": list(connect),
         "connect/exit_on_failure": False,
-        "connect/timeout_ms": 0,
         "connect/retry": {"period_init_ms": 200, "period_max_ms": 500, "period_increase_factor": 1.5},
         "transport/link/tx/lease": 1500,
         "transport/unicast/open_timeout": 500,

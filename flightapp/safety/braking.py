@@ -34,6 +34,11 @@ class Braking:
         """Way covered at `closing_m_s` before a setpoint takes effect, with a state that is `age_s` old; zero when opening."""
         return max(0.0, closing_m_s) * (self.lag_s + age_s)
 
+    def stop_m(self, speed_m_s: float) -> float:
+        """Distance beyond which a closing speed of `speed_m_s` is not limited at all, the way during the lag included."""
+        tail = 0.5 * self.deceleration_m_s2 * self.lag_s * self.lag_s
+        return speed_m_s * self.lag_s + tail + speed_m_s * speed_m_s / (2.0 * self.deceleration_m_s2)
+
 
 def horizontal_braking(limits: Limits, parameters: SafetyParameters) -> Braking:
     """Braking in the plane."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import random
 import socket
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +12,7 @@ import tomli_w
 
 from flightapp.config.mission import Mission, Vehicle
 from flightapp.config.profile import Profile
+from flightapp.core.errors import FlightError
 
 HOST = "127.0.0.1"
 
@@ -31,21 +34,47 @@ class VehicleFiles:
         return f"udp/{HOST}:{self.fleet_port}"
 
 
-def free_udp_ports(count: int) -> list[int]:
-    """`count` different UDP ports that nobody uses, held until all are known."""
-    sockets = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(count)]
-    try:
-        for each in sockets:
-            each.bind((HOST, 0))
-        return [int(each.getsockname()[1]) for each in sockets]
-    finally:
-        for each in sockets:
+class ReservedPorts:
+    """UDP ports that nobody uses and no other run on this machine will choose while this object lives.
+
+    They lie below the range from which the system gives ports to sockets that do not ask for one, so that the mocks' own
+    sockets cannot take them. The UDP port itself must stay free for the vehicle; what is held is its TCP namesake.
+    """
+
+    FIRST, LAST = 20_000, 32_000
+
+    def __init__(self, count: int) -> None:
+        self._held: list[socket.socket] = []
+        self.numbers: list[int] = []
+        candidates = random.SystemRandom().sample(range(self.FIRST, self.LAST), self.LAST - self.FIRST)
+        for port in candidates:
+            if len(self.numbers) == count:
+                return
+            if self._hold(port):
+                self.numbers.append(port)
+        self.release()
+        raise FlightError(f"no {count} free UDP ports between {self.FIRST} and {self.LAST} on {HOST}")
+
+    def release(self) -> None:
+        for each in self._held:
             each.close()
+        self._held.clear()
+
+    def _hold(self, port: int) -> bool:
+        reservation = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        try:
+            reservation.bind((HOST, port))
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+                probe.bind((HOST, port))
+        except OSError:
+            reservation.close()
+            return False
+        self._held.append(reservation)
+        return True
 
 
-def prepare(mission: Mission, profile: Profile, run: Path, shared: Path) -> list[VehicleFiles]:
-    """Choose ports and write each vehicle's profile: the given one with the links of this run filled in."""
-    ports = free_udp_ports(2 * len(mission.vehicles))
+def prepare(mission: Mission, profile: Profile, run: Path, shared: Path, ports: Sequence[int]) -> list[VehicleFiles]:
+    """Write each vehicle's profile: the given one with the links of this run filled in. Takes two ports a vehicle."""
     files = [
         VehicleFiles(
             vehicle,

@@ -186,6 +186,16 @@ def _address(text: str) -> tuple[str, int]:
     return host, int(port)
 
 
+def _duration_s(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a time greater than 0 s")
+    return value
+
+
 def _system_id(text: str) -> int:
     if not text.isdigit() or not 1 <= int(text) <= 250:
         raise argparse.ArgumentTypeError(f"'{text}' is not a system id from 1 to 250")
@@ -229,7 +239,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=0, help="seed of noise, gusts and faults")
     parser.add_argument("--no-noise", action="store_true", help="a perfect position and velocity estimate")
     parser.add_argument("--log", type=Path, help="file for the events, JSON lines (default: standard output)")
-    parser.add_argument("--duration-s", type=float, help="end after this time")
+    parser.add_argument("--duration-s", type=_duration_s, help="end after this time")
     parser.add_argument("--die-with-parent", action="store_true", help="end when the parent process ends (Linux)")
     return parser
 

@@ -12,7 +12,7 @@ from flightapp.fleet.messages import Command, SharedState, encode_state, state_k
 from flightapp.fleet.operator import Operator
 from flightapp.fleet.session import zenoh_config
 from flightapp.fleet.team import Peer, Team
-from flightapp.sim.fleet_files import free_udp_ports
+from flightapp.sim.fleet_files import ReservedPorts
 
 
 def shared_state(name: str, sequence: int, sent_s: float, **changes: object) -> SharedState:
@@ -45,8 +45,10 @@ def until(condition: Callable[[], bool], timeout_s: float = 10.0) -> None:
 
 
 @pytest.fixture
-def endpoints() -> list[str]:
-    return [f"udp/127.0.0.1:{port}" for port in free_udp_ports(2)]
+def endpoints() -> Iterator[list[str]]:
+    ports = ReservedPorts(2)
+    yield [f"udp/127.0.0.1:{port}" for port in ports.numbers]
+    ports.release()
 
 
 @pytest.fixture

@@ -48,6 +48,7 @@ class ObstacleStopGuard:
         own_north, own_east, _ = context.own.position_ned_m.tolist()
         v_north, v_east, _ = context.own.velocity_ned_m_s.tolist()
         clearances = disc_clearances_m(context.own.position_ned_m[:2], discs, limits.body_radius_m)
+        fastest = max(speed_m_s, math.hypot(v_north, v_east))
         rows = _tangent_bounds(
             np.ascontiguousarray(discs, dtype=np.float64),
             np.ascontiguousarray(clearances, dtype=np.float64),
@@ -60,7 +61,7 @@ class ObstacleStopGuard:
                     context.own_age_s,
                     braking.deceleration_m_s2,
                     braking.lag_s,
-                    max(speed_m_s, math.hypot(v_north, v_east)),
+                    braking.stop_m(fastest) + fastest * context.own_age_s,
                 ]
             ),
         )
@@ -95,15 +96,14 @@ def _tangent_bounds(discs: Array, clearances: Array, vehicles: Array, motion: Ar
     """Rows (m, 4) of unit normal (north, east), bound m/s and clearance m, one for each disc within braking distance.
 
     motion: own position, own velocity, wanted velocity; scalars: growth of the discs m, age of the discs s, age of the own
-    state s, deceleration m/s2, lag s, speed m/s that decides which discs are near.
+    state s, deceleration m/s2, lag s, stopping distance m that decides which discs are near.
     """
-    grow, age, own_age, deceleration, lag, fastest = scalars
-    stop = fastest * (lag + own_age) + 0.5 * deceleration * lag * lag + fastest * fastest / (2.0 * deceleration) + grow
+    grow, age, own_age, deceleration, lag, stop = scalars
     rows = np.empty((len(discs), 4))
     count = 0
     for index in range(len(discs)):
         disc_n, disc_e = discs[index, 3], discs[index, 4]
-        if not clearances[index] < stop + (abs(disc_n) + abs(disc_e)) * (1.0 + age):
+        if not clearances[index] < stop + grow + (abs(disc_n) + abs(disc_e)) * (1.0 + age):
             continue
         radius = discs[index, 2] + grow
         offset_n = discs[index, 0] + age * disc_n - motion[0]

@@ -1,0 +1,5 @@
+"""`python -m flightapp`."""
+
+from flightapp.cli import main
+
+main()

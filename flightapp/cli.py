@@ -1,0 +1,153 @@
+"""The command line: parse, call one function, print. Bad input is one clear sentence and exit status 2."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from flightapp.core.errors import FlightError, InputError
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+Profile = Annotated[Path, typer.Option("--profile", help="The vehicle's hardware profile.")]
+Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of everything random.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
+SIM_PROFILE = Path("profiles/sim.toml")
+
+
+@app.callback()
+def flightapp() -> None:
+    """Cooperative UAV pursuit on companion computers."""
+
+
+@app.command()
+def sim(
+    mission: Annotated[Path, typer.Argument(help="Mission file.")],
+    profile: Profile = SIM_PROFILE,
+    seed: Seed = 0,
+    as_json: Json = False,
+    run: Annotated[Path | None, typer.Option("--run", help="Folder for this run; default runs/TIME-MISSION.")] = None,
+) -> None:
+    """Fly a whole mission on this machine: real MAVLink, Zenoh, depth frames, recordings.
+
+    Exit status: 0 captured, 1 escaped, timed out or stopped by a person, 2 bad input, 3 fault.
+
+    Example: flightapp sim missions/demo_two_pursuers.toml --seed 3
+    """
+    from flightapp.sim.session import simulate
+
+    result = asyncio.run(simulate(mission, profile, seed, run))
+    if as_json:
+        print(json.dumps(result.summary, indent=2))
+    else:
+        print(result.text())
+    raise typer.Exit(result.exit_status)
+
+
+@app.command()
+def fly(
+    mission: Annotated[Path, typer.Argument(help="Mission file.")],
+    profile: Profile,
+    vehicle: Annotated[str, typer.Option("--vehicle", help="Name of this vehicle in the mission.")],
+    seed: Seed = 0,
+    run: Annotated[Path | None, typer.Option("--run", help="Folder for the recording; default as the profile says.")] = None,
+) -> None:
+    """Fly one vehicle, real or SITL. Ctrl-C lands it.
+
+    The deadman replaces this process and ends the vehicle process when its control loop falls silent.
+
+    Example: flightapp fly missions/demo_two_pursuers.toml --profile profiles/nuc-pixhawk6c-d435.toml --vehicle p1
+    """
+    from flightapp.config.mission import load_mission
+    from flightapp.config.profile import load_profile
+    from flightapp.recording.run_folder import create_run_folder
+    from flightapp.runtime.inputs import check_inputs
+
+    loaded, hardware = load_mission(mission), load_profile(profile)
+    check_inputs(loaded, hardware, mission, profile, vehicle)
+    folder = run or create_run_folder(hardware.recording.folder, loaded.name)
+    folder.mkdir(parents=True, exist_ok=True)
+    child = ["-m", "flightapp.runtime.vehicle_process", "--mission", str(mission), "--profile", str(profile)]
+    child += ["--vehicle", vehicle, "--run", str(folder), "--seed", str(seed)]
+    sys.stdout.flush()
+    os.execv(
+        sys.executable,
+        [
+            *(sys.executable, "-m", "flightapp.runtime.deadman", str(hardware.control.deadman_timeout_s)),
+            *(sys.executable, *child),
+        ],
+    )
+
+
+@app.command()
+def command(
+    action: Annotated[str, typer.Argument(help="hold, resume, rtl, land or abort.")],
+    mission: Annotated[Path, typer.Argument(help="Mission file.")],
+    connect: Annotated[list[str], typer.Option("--connect", help="Fleet endpoint of a vehicle, udp/HOST:PORT; repeatable.")],
+    vehicle: Annotated[str | None, typer.Option("--vehicle", help="Only this vehicle.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Command the fleet, acknowledged by each vehicle. Exit status 3 when one did not accept.
+
+    Example: flightapp command land missions/demo_two_pursuers.toml --connect udp/10.0.0.1:7447
+    """
+    from flightapp.config.mission import load_mission
+    from flightapp.fleet.command import send_command
+
+    loaded = load_mission(mission)
+    names = [one.name for one in loaded.vehicles]
+    answers = asyncio.run(send_command(action, loaded.fleet, names, vehicle, connect))
+    if as_json:
+        print(json.dumps([{"vehicle": a.vehicle, "accepted": a.accepted, "text": a.text} for a in answers], indent=2))
+    else:
+        for answer in answers:
+            print(f"{answer.vehicle}: {'accepted' if answer.accepted else 'REFUSED'}, {answer.text}")
+    raise typer.Exit(0 if all(answer.accepted for answer in answers) else 3)
+
+
+@app.command()
+def report(
+    run: Annotated[list[Path], typer.Argument(help="A run folder, or recordings.")],
+    as_json: Json = False,
+) -> None:
+    """Write report.html and summary.json from one or more recordings.
+
+    Example: flightapp report runs/20260601-101500-demo_two_pursuers
+    """
+    from flightapp.analysis import report as write
+
+    summary, page = write(run)
+    print(json.dumps(summary, indent=2) if as_json else f"outcome: {summary['outcome']}\nreport:  {page}")
+
+
+@app.command()
+def recover(
+    file: Annotated[Path, typer.Argument(help="A recording that was cut off.")],
+    output: Annotated[Path | None, typer.Option("--output", help="File to write; default FILE with -recovered.")] = None,
+) -> None:
+    """Make a normal recording from one that was cut off.
+
+    Example: flightapp recover runs/20260601-101500-demo_two_pursuers/p1.mcap
+    """
+    from flightapp.recording.recover import recover as recover_file
+
+    target = output or file.with_name(f"{file.stem}-recovered.mcap")
+    print(f"{recover_file(file, target)} messages in {target}")
+
+
+def main() -> None:
+    """Entry point: one sentence instead of a traceback for everything a user can cause."""
+    try:
+        app()
+    except InputError as error:
+        print(error, file=sys.stderr)
+        sys.exit(2)
+    except FlightError as error:
+        print(error, file=sys.stderr)
+        sys.exit(3)

@@ -1,0 +1,95 @@
+"""Builds one vehicle's rooms from its mission and profile, and takes them down again in the right order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from flightapp.config.loading import read_toml
+from flightapp.config.mission import Mission, Vehicle
+from flightapp.config.profile import Camera, Profile
+from flightapp.core.clock import SystemClock
+from flightapp.core.errors import InputError
+from flightapp.core.types import Limits, ObstacleSet
+from flightapp.planning import evader_names, make_evader, make_planner, planner_names
+from flightapp.planning.api import Planner
+from flightapp.runtime.perception_thread import PerceptionThread
+from flightapp.sim.world import World
+from flightapp.vehicle.pose_history import PoseHistory
+from perception.errors import PerceptionInputError
+from perception.pipeline import PerceptionPipeline
+from perception.sources import DepthSource, RealSenseSource, SharedMemorySource
+
+
+def limits_of(vehicle: Vehicle, profile: Profile) -> Limits:
+    """The profile's limits with the mission's own speed limit for this vehicle."""
+    limits = profile.limits.model_dump()
+    if vehicle.speed_max_m_s is not None:
+        limits["speed_max_m_s"] = min(vehicle.speed_max_m_s, profile.limits.speed_max_m_s)
+    return Limits(**limits)
+
+
+def build_strategy(mission: Mission, vehicle: Vehicle, profile: Profile, mission_path: Path, seed: int) -> Planner:
+    """The planner or evader policy that the mission names; parameters from its file, then from the mission itself."""
+    parameters: dict[str, object] = {}
+    strategy = vehicle.strategy
+    if strategy.parameters_file is not None:
+        parameters.update(read_toml(mission_path.parent / strategy.parameters_file))
+    parameters.update(strategy.parameters)
+    where = f"{mission_path}: strategy of '{vehicle.name}'"
+    limits = limits_of(vehicle, profile)
+    if vehicle.role == "evader":
+        if strategy.name not in evader_names():
+            raise InputError(f"{where}: name = '{strategy.name}': no such evader policy; known: {', '.join(evader_names())}")
+        return _named(where, lambda: make_evader(strategy.name, limits=limits, parameters=parameters, seed=seed))
+    if strategy.name not in planner_names():
+        raise InputError(f"{where}: name = '{strategy.name}': no such planner; known: {', '.join(planner_names())}")
+    parameters.setdefault("capture", mission.capture.model_dump())
+    parameters.setdefault("evader_speed_assumed_m_s", mission.evader_speed_assumed_m_s)
+    return _named(where, lambda: make_planner(strategy.name, limits=limits, parameters=parameters, seed=seed))
+
+
+def surveyed_obstacles(mission: Mission) -> ObstacleSet:
+    """The mission's obstacles as discs, for a vehicle that flies without a camera."""
+    return ObstacleSet(0.0, World(mission.obstacles).as_discs(), np.zeros((0, 2)))
+
+
+def build_perception(
+    vehicle: Vehicle, profile: Profile, clock: SystemClock, history: PoseHistory, on_result: Callable[[], None]
+) -> PerceptionThread:
+    """The camera and its thread; InputError where the camera cannot be opened."""
+    camera = profile.camera
+    pipeline = PerceptionPipeline(
+        profile.perception,
+        camera.mounting,
+        range_min_m=camera.range_min_m,
+        range_max_m=camera.range_max_m,
+        ground_down_m=-vehicle.start.ground_height_m,
+    )
+    return PerceptionThread(_open_camera(camera, clock), pipeline, history, clock, on_result)
+
+
+def _open_camera(camera: Camera, clock: SystemClock) -> DepthSource:
+    try:
+        if camera.source == "realsense":
+            return RealSenseSource(
+                now_s=clock.now_s,
+                unix_s=clock.now_s,
+                width_px=camera.width_px,
+                height_px=camera.height_px,
+                rate_hz=camera.rate_hz,
+                serial_number=camera.serial_number,
+            )
+        assert camera.path is not None
+        return SharedMemorySource(camera.path, clock.from_monotonic_ns)
+    except PerceptionInputError as error:
+        raise InputError(f"camera.source = '{camera.source}': {error}") from None
+
+
+def _named(where: str, build: Callable[[], Planner]) -> Planner:
+    try:
+        return build()
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None

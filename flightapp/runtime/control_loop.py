@@ -1,0 +1,388 @@
+"""The control loop: once for every processed depth frame, and at a fixed rate when none comes.
+
+observe -> plan -> supervise -> send -> record, in that order, in one place. It never waits for anything else than the
+next frame, so the setpoint stream can starve only if this process hangs; then the deadman acts.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import psutil
+
+from flightapp.config.mission import Mission, Vehicle
+from flightapp.config.profile import Profile
+from flightapp.core.clearance import NO_OBSTACLE_M, clearance_m
+from flightapp.core.clock import Clock
+from flightapp.core.types import (
+    Array,
+    Boundary,
+    Decision,
+    Limits,
+    Observation,
+    ObstacleSet,
+    Setpoint,
+    TargetTrack,
+    TeamMember,
+    VehicleState,
+)
+from flightapp.estimation.target_filter import TargetFilter
+from flightapp.fleet.messages import Command, SharedState
+from flightapp.fleet.team import Team
+from flightapp.planning.api import Planner
+from flightapp.runtime.heartbeat import Heartbeat
+from flightapp.runtime.journal import Journal
+from flightapp.runtime.perception_thread import PerceptionThread
+from flightapp.safety.api import SafetyContext
+from flightapp.safety.supervisor import Supervisor
+from flightapp.vehicle.autopilot import Autopilot, Motion
+
+AIRBORNE = ("IN_AIR", "TAKING_OFF", "LANDING")
+ACTIVE_PHASES = ("ready", "pursue")
+HOVER_GAIN_1_S = 0.8
+TEAM_FORGOTTEN_S = 10.0
+STATUS_PERIOD_S = 1.0
+TEAM_PERIOD_S = 0.1
+
+
+class Guidance(Enum):
+    """Where setpoints come from."""
+
+    NONE = "none"
+    """No setpoints: the autopilot flies by itself, or stands."""
+    HOVER = "hover"
+    """Stay where the hover began."""
+    PLANNER = "planner"
+    """The mission's strategy decides."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rooms:
+    """The parts one control loop works with, built by `composition`."""
+
+    clock: Clock
+    mission: Mission
+    vehicle: Vehicle
+    profile: Profile
+    limits: Limits
+    autopilot: Autopilot
+    planner: Planner
+    supervisor: Supervisor
+    target_filter: TargetFilter
+    team: Team
+    journal: Journal
+    heartbeat: Heartbeat
+    boundary: Boundary
+    surveyed: ObstacleSet
+    """Obstacles known from the mission, for a vehicle that flies without a camera."""
+
+
+class ControlLoop:
+    """Owns the tick; the executive sets `guidance` and `phase`, everything else is read."""
+
+    def __init__(self, rooms: Rooms, on_command: Callable[[Command], tuple[bool, str]]) -> None:
+        self._rooms = rooms
+        self._on_command = on_command
+        self.perception: PerceptionThread | None = None
+        self.guidance = Guidance.NONE
+        self.phase = "preflight"
+        self.outcome: str | None = None
+        self.decision: Decision | None = None
+        self.target: TargetTrack | None = None
+        self.planner_failure: str | None = None
+        self.failure: str | None = None
+        self.setpoints_sent = 0
+        self.ticks = 0
+        self.held = False
+        """True while an operator's hold replaces the planner."""
+        self._wake = asyncio.Event()
+        self._loop = asyncio.get_running_loop()
+        self._hover_at: Array | None = None
+        self._yaw_rad = 0.0
+        self._previous: Setpoint | None = None
+        self._last_tick_s: float | None = None
+        self._last_frame: int | None = None
+        self._publish_due_s = -math.inf
+        self._team_recorded_s = -math.inf
+        self._status_recorded_s = -math.inf
+        self._status_seen: tuple[str, bool, str, bool] | None = None
+        self._lateness_max_s = 0.0
+        self._target_sequence = -1
+        self._obstacles = ObstacleSet(0.0, np.zeros((0, 7)), np.array([[-math.pi, math.pi]]))
+        self._clearance_m: float | None = None
+        self._guards: tuple[str, ...] = ()
+        self._process = psutil.Process()
+        self._process.cpu_percent()
+
+    def wake_from_thread(self) -> None:
+        """Called by the perception thread when a frame is done."""
+        self._loop.call_soon_threadsafe(self._wake.set)
+
+    async def run(self) -> None:
+        """Tick until cancelled."""
+        period_s = 1.0 / self._rooms.profile.control.rate_min_hz
+        deadline_s = self._rooms.clock.now_s() + period_s
+        while True:
+            left_s = deadline_s - self._rooms.clock.now_s()
+            if left_s > 0.0:
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(left_s):
+                        await self._wake.wait()
+            else:
+                await asyncio.sleep(0)
+            now_s = self._rooms.clock.now_s()
+            if not self._wake.is_set():
+                self._lateness_max_s = max(self._lateness_max_s, now_s - deadline_s)
+            self._wake.clear()
+            deadline_s = now_s + period_s
+            try:
+                self.tick(now_s)
+            except Exception as error:  # The loop must go on: the executive lands, and the deadman needs its beats.
+                if self.failure is None:
+                    self.failure = f"{type(error).__name__}: {error}"
+                    self._rooms.journal.event("error", "control_loop", self.failure)
+
+    def hover_here(self) -> None:
+        """From now on stay at the present position and mission height."""
+        motion = self._rooms.autopilot.motion()
+        self._hover_at = None if motion is None else motion.state.position_ned_m.copy()
+        self._yaw_rad = self._yaw_rad if motion is None else motion.state.yaw_rad
+        self._previous = None
+        self.guidance = Guidance.HOVER
+
+    def tick(self, now_s: float) -> None:
+        """One control period."""
+        rooms = self._rooms
+        self.ticks += 1
+        status = rooms.autopilot.status()
+        rooms.heartbeat.beat(active=self.guidance is not Guidance.NONE or status.armed)
+        rooms.team.poll(now_s)
+        rooms.team.take_commands(now_s, self._on_command)
+        dt_s = 0.0 if self._last_tick_s is None else now_s - self._last_tick_s
+        self._last_tick_s = now_s
+        motion = rooms.autopilot.motion()
+        self._update_target(now_s)
+        new_frame = self._take_obstacles(now_s, motion)
+        if motion is not None:
+            rooms.journal.own(motion, now_s)
+            own = _moved_to(motion.state, now_s)
+            self._share_exclusions(now_s)
+            if self.guidance is not Guidance.NONE:
+                self._command(now_s, dt_s, own, now_s - motion.arrived_s, new_frame)
+            else:
+                self._guards = ()
+        if motion is not None and now_s >= self._publish_due_s:
+            period_s = 1.0 / rooms.profile.network.state_rate_hz
+            self._publish_due_s = max(self._publish_due_s + period_s, now_s)
+            self._publish(now_s, motion, status.landed_state in AIRBORNE)
+        self._record_slow(now_s)
+
+    def _command(self, now_s: float, dt_s: float, own: VehicleState, own_age_s: float, new_frame: bool) -> None:
+        rooms = self._rooms
+        wish = self._planned(now_s, dt_s, own) if self.guidance is Guidance.PLANNER and not self.held else self._hover(own)
+        context = SafetyContext(
+            t_s=now_s,
+            dt_s=dt_s,
+            name=rooms.vehicle.name,
+            own=own,
+            own_age_s=own_age_s,
+            team=self._members(now_s, active_only=False),
+            target=self.target,
+            obstacles=self._obstacles,
+            obstacles_age_s=now_s - self._obstacles.t_s,
+            previous=self._previous,
+            limits=rooms.limits,
+        )
+        supervised = rooms.supervisor.check(wish, context)
+        setpoint = supervised.setpoint
+        rooms.autopilot.send(setpoint)
+        sent_s = rooms.clock.now_s()
+        self.setpoints_sent += 1
+        self._previous = setpoint
+        self._guards = tuple(name for name, _ in supervised.acting)
+        clearance = clearance_m(own.position_ned_m[:2], self._obstacles.discs, rooms.limits.body_radius_m)
+        self._clearance_m = None if clearance >= NO_OBSTACLE_M else clearance
+        frame_s = None if self._last_frame is None else self._obstacles.t_s
+        rooms.journal.setpoint(setpoint, frame_s, new_frame, supervised.acting, self._clearance_m, sent_s)
+
+    def _planned(self, now_s: float, dt_s: float, own: VehicleState) -> Setpoint:
+        rooms = self._rooms
+        observation = Observation(
+            t_s=now_s,
+            dt_s=dt_s,
+            own=own,
+            team=self._members(now_s, active_only=True),
+            target=self.target,
+            obstacles=self._obstacles,
+            boundary=rooms.boundary,
+        )
+        started_s = rooms.clock.now_s()
+        try:
+            decision = rooms.planner.step(observation)
+        except Exception as error:  # The planner is exchangeable; whatever it raises, the vehicle keeps hovering.
+            if self.planner_failure is None:
+                self.planner_failure = f"{type(error).__name__}: {error}"
+            return self._hover(own)
+        latency_s = rooms.clock.now_s() - started_s
+        self.decision = decision
+        rooms.journal.decision(decision, latency_s, now_s)
+        if decision.reason:
+            rooms.journal.event("info", "mode", f"{decision.mode}: {decision.reason}", mode=decision.mode)
+        self._hover_at = None
+        velocity = decision.velocity_ned_m_s.astype(np.float64, copy=True)
+        velocity[2] = self._climb(own) + velocity[2]
+        self._yaw_rad = decision.yaw_rad
+        return Setpoint(velocity, decision.yaw_rad)
+
+    def _hover(self, own: VehicleState) -> Setpoint:
+        if self._hover_at is None:
+            self._hover_at = own.position_ned_m.copy()
+        velocity = HOVER_GAIN_1_S * (self._hover_at - own.position_ned_m)
+        speed = math.hypot(velocity[0], velocity[1])
+        if speed > 1.0:
+            velocity[:2] /= speed
+        velocity[2] = self._climb(own)
+        return Setpoint(velocity, self._yaw_rad)
+
+    def _climb(self, own: VehicleState) -> float:
+        """Down velocity that closes the height error."""
+        rooms = self._rooms
+        error_m = -rooms.mission.height_of(rooms.vehicle) - float(own.position_ned_m[2])
+        limit = rooms.limits.climb_rate_max_m_s
+        return max(-limit, min(limit, rooms.profile.control.altitude_gain_1_s * error_m))
+
+    def _update_target(self, now_s: float) -> None:
+        rooms = self._rooms
+        if rooms.vehicle.role == "evader":
+            return
+        for peer in rooms.team.peers.values():
+            state = peer.state
+            if state is not None and state.role == "evader" and state.sequence != self._target_sequence:
+                self._target_sequence = state.sequence
+                rooms.target_filter.update(state.t_s, np.array(state.position_ned_m), np.array(state.velocity_ned_m_s), 0.1, 0.2)
+        self.target = rooms.target_filter.predict(now_s)
+        if self.target is not None:
+            rooms.journal.target(self.target, now_s)
+
+    def _take_obstacles(self, now_s: float, motion: Motion | None) -> bool:
+        """Newest obstacles; True when they come from a frame that was not used before."""
+        if self.perception is None:
+            if motion is not None:
+                self._obstacles = ObstacleSet(now_s, self._rooms.surveyed.discs, self._rooms.surveyed.unseen)
+            return False
+        newest = self.perception.newest
+        if newest is None or newest.frame_number == self._last_frame:
+            return False
+        self._last_frame = newest.frame_number
+        self._obstacles = newest.obstacles
+        self._rooms.journal.obstacles(newest, now_s)
+        return True
+
+    def _members(self, now_s: float, active_only: bool) -> tuple[TeamMember, ...]:
+        """Teammates at `now_s`: pursuers that take part for the planner, every airborne vehicle but the target for safety."""
+        members = []
+        for peer in self._rooms.team.peers.values():
+            state = peer.state
+            if state is None or state.role == "evader" or now_s - state.t_s > TEAM_FORGOTTEN_S:
+                continue
+            if not state.airborne or (active_only and state.phase not in ACTIVE_PHASES):
+                continue
+            age_s = now_s - state.t_s
+            moved = VehicleState(
+                now_s,
+                np.array(state.position_ned_m) + np.array(state.velocity_ned_m_s) * min(age_s, 0.5),
+                np.array(state.velocity_ned_m_s),
+                state.yaw_rad,
+            )
+            members.append(TeamMember(state.vehicle, moved, state.mode, state.eta_s, age_s))
+        return tuple(members)
+
+    def _share_exclusions(self, now_s: float) -> None:
+        """Tell perception where the other vehicles are, so that they do not become obstacles."""
+        if self.perception is None:
+            return
+        rows = [
+            (
+                state.position_ned_m[0] + state.velocity_ned_m_s[0] * min(1.0, now_s - state.t_s),
+                state.position_ned_m[1] + state.velocity_ned_m_s[1] * min(1.0, now_s - state.t_s),
+                self._rooms.limits.body_radius_m + 0.4,
+            )
+            for peer in self._rooms.team.peers.values()
+            if (state := peer.state) is not None
+        ]
+        self.perception.exclude = np.array(rows, dtype=np.float64).reshape(-1, 3)
+
+    def _publish(self, now_s: float, motion: Motion, airborne: bool) -> None:
+        rooms = self._rooms
+        state, decision = motion.state, self.decision
+        planned = decision is not None and self.guidance is Guidance.PLANNER
+        ages = [now_s - peer.state.t_s for peer in rooms.team.peers.values() if peer.state is not None]
+        eta = decision.diagnostics.get("eta_s") if decision is not None and planned else None
+        rooms.team.publish(
+            SharedState(
+                vehicle=rooms.vehicle.name,
+                role=rooms.vehicle.role,
+                sequence=rooms.team.next_sequence(),
+                sent_s=now_s,
+                t_s=state.t_s,
+                position_ned_m=_triple(state.position_ned_m),
+                velocity_ned_m_s=_triple(state.velocity_ned_m_s),
+                yaw_rad=state.yaw_rad,
+                airborne=airborne,
+                phase=self.phase,
+                mode=decision.mode if decision is not None and planned else self.phase,
+                outcome=self.outcome,
+                eta_s=float(eta) if isinstance(eta, (int, float)) and math.isfinite(eta) else None,
+                target_distance_m=None if self.target is None else _planar_distance(state, self.target),
+                clearance_m=self._clearance_m,
+                link_age_s=max(ages) if ages else None,
+                guards=self._guards,
+            )
+        )
+
+    def _record_slow(self, now_s: float) -> None:
+        """What is recorded less often than every tick: on change or by period."""
+        rooms = self._rooms
+        if now_s - self._team_recorded_s >= TEAM_PERIOD_S * 0.95:
+            self._team_recorded_s = now_s
+            rooms.journal.team(rooms.team.peers.values(), now_s)
+        status = rooms.autopilot.status()
+        seen = (status.flight_mode, status.armed, status.landed_state, status.connected)
+        due = now_s - self._status_recorded_s >= STATUS_PERIOD_S * 0.95
+        if due or seen != self._status_seen:
+            self._status_seen = seen
+            rooms.journal.status(status, now_s)
+        for arrived_s, severity, text in rooms.autopilot.take_status_texts():
+            level = "info" if severity in ("DEBUG", "INFO", "NOTICE") else "warning"
+            rooms.journal.event(level, "autopilot", text, severity=severity, arrived_s=arrived_s)
+        if not due:
+            return
+        self._status_recorded_s = now_s
+        battery = rooms.autopilot.battery()
+        if battery is not None:
+            rooms.journal.battery(battery, now_s)
+        memory_mb = self._process.memory_info().rss / 1e6
+        cpu = self._process.cpu_percent() / 100.0
+        rooms.journal.health(cpu, memory_mb, self._lateness_max_s, self.setpoints_sent, now_s)
+        self._lateness_max_s = 0.0
+
+
+def _moved_to(state: VehicleState, now_s: float) -> VehicleState:
+    """`state` carried forward by its own velocity, at most 0.3 s."""
+    ahead_s = min(0.3, max(0.0, now_s - state.t_s))
+    return VehicleState(now_s, state.position_ned_m + state.velocity_ned_m_s * ahead_s, state.velocity_ned_m_s, state.yaw_rad)
+
+
+def _planar_distance(state: VehicleState, target: TargetTrack) -> float:
+    offset = target.position_ned_m - state.position_ned_m
+    return math.hypot(float(offset[0]), float(offset[1]))
+
+
+def _triple(vector: Array) -> tuple[float, float, float]:
+    return float(vector[0]), float(vector[1]), float(vector[2])

@@ -1,0 +1,29 @@
+"""The vehicle process's end of the deadman pipe."""
+
+from __future__ import annotations
+
+import os
+
+ACTIVE = b"a"
+"""Setpoints may be flowing: silence from now on means kill."""
+IDLE = b"i"
+"""Nothing depends on this process: silence is harmless."""
+
+
+class Heartbeat:
+    """One byte a control period; without a pipe (a test, a tool) it does nothing."""
+
+    def __init__(self, descriptor: int | None) -> None:
+        self._descriptor = descriptor
+        if descriptor is not None:
+            os.set_blocking(descriptor, False)
+
+    def beat(self, active: bool) -> None:
+        if self._descriptor is None:
+            return
+        try:
+            os.write(self._descriptor, ACTIVE if active else IDLE)
+        except BlockingIOError:
+            return  # The pipe is full because the deadman is not reading; it will find plenty when it does.
+        except BrokenPipeError:
+            self._descriptor = None  # The deadman died; the parent-death signal makes this process land.

@@ -1,0 +1,165 @@
+"""From live values to recorded messages: the only place where the runtime meets the recorder."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Iterable
+
+from flightapp.core.clock import Clock
+from flightapp.core.types import Array, Decision, Setpoint, TargetTrack
+from flightapp.fleet.team import Peer
+from flightapp.recording import messages
+from flightapp.recording.recorder import Recorder
+from flightapp.runtime.perception_thread import Perceived
+from flightapp.vehicle.autopilot import BatteryState, Motion, Status
+
+LEVELS = {"info": logging.INFO, "warning": logging.WARNING, "error": logging.ERROR}
+
+
+class Journal:
+    """Writes one vehicle's story; every method is cheap and never raises into the control loop."""
+
+    def __init__(self, recorder: Recorder, clock: Clock, vehicle: str) -> None:
+        self._recorder = recorder
+        self._clock = clock
+        self._log = logging.getLogger(vehicle)
+
+    def event(self, level: str, name: str, text: str, **data: object) -> None:
+        """Record an event and print it as a line."""
+        now_s = self._clock.now_s()
+        self._log.log(LEVELS[level], "%s: %s", name, text)
+        self._recorder.log("/event", messages.Event(now_s, level, name, text, data), now_s)
+
+    def phase(self, phase: str, reason: str, outcome: str | None) -> None:
+        now_s = self._clock.now_s()
+        self._log.info("phase %s%s%s", phase, f" ({reason})" if reason else "", f", outcome {outcome}" if outcome else "")
+        self._recorder.log("/phase", messages.Phase(now_s, phase, reason, outcome), now_s)
+
+    def own(self, motion: Motion, now_s: float) -> None:
+        state = motion.state
+        self._recorder.log(
+            "/own",
+            messages.OwnState(
+                state.t_s,
+                state.position_ned_m.tolist(),
+                state.velocity_ned_m_s.tolist(),
+                motion.roll_rad,
+                motion.pitch_rad,
+                state.yaw_rad,
+                now_s - motion.arrived_s,
+            ),
+            now_s,
+        )
+
+    def target(self, track: TargetTrack, now_s: float) -> None:
+        variance = float(track.covariance[0, 0] + track.covariance[1, 1])
+        self._recorder.log(
+            "/target",
+            messages.Target(
+                track.t_s,
+                track.position_ned_m.tolist(),
+                track.velocity_ned_m_s.tolist(),
+                math.sqrt(max(0.0, variance)),
+                track.age_s,
+            ),
+            now_s,
+        )
+
+    def team(self, peers: Iterable[Peer], now_s: float) -> None:
+        members = [
+            messages.Teammate(
+                state.vehicle,
+                state.role,
+                list(state.position_ned_m),
+                list(state.velocity_ned_m_s),
+                state.mode,
+                state.phase,
+                state.eta_s,
+                now_s - state.t_s,
+                peer.lost,
+            )
+            for peer in peers
+            if (state := peer.state) is not None
+        ]
+        self._recorder.log("/team", messages.Team(now_s, members), now_s)
+
+    def obstacles(self, perceived: Perceived, now_s: float) -> None:
+        self._recorder.log(
+            "/obstacles",
+            messages.Obstacles(
+                now_s,
+                perceived.frame_s,
+                perceived.frame_number,
+                _finite_rows(perceived.obstacles.discs),
+                perceived.obstacles.unseen.tolist(),
+                perceived.latency_s,
+                perceived.skipped,
+                list(perceived.events),
+            ),
+            now_s,
+        )
+
+    def decision(self, decision: Decision, latency_s: float, now_s: float) -> None:
+        goal = None if decision.goal_ned_m is None else decision.goal_ned_m.tolist()
+        self._recorder.log(
+            "/decision",
+            messages.DecisionRecord(
+                now_s,
+                decision.velocity_ned_m_s.tolist(),
+                decision.yaw_rad,
+                decision.mode,
+                goal,
+                decision.reason,
+                latency_s,
+                dict(decision.diagnostics),
+            ),
+            now_s,
+        )
+
+    def setpoint(
+        self,
+        setpoint: Setpoint,
+        frame_s: float | None,
+        new_frame: bool,
+        acting: tuple[tuple[str, str], ...],
+        clearance_m: float | None,
+        now_s: float,
+    ) -> None:
+        self._recorder.log(
+            "/setpoint",
+            messages.SetpointRecord(
+                now_s,
+                setpoint.velocity_ned_m_s.tolist(),
+                setpoint.yaw_rad,
+                frame_s,
+                new_frame,
+                [list(pair) for pair in acting],
+                clearance_m,
+            ),
+            now_s,
+        )
+
+    def status(self, status: Status, now_s: float) -> None:
+        self._recorder.log(
+            "/autopilot",
+            messages.AutopilotStatus(
+                now_s, status.connected, status.flight_mode, status.armed, status.landed_state, now_s - status.heartbeat_s
+            ),
+            now_s,
+        )
+
+    def battery(self, battery: BatteryState, now_s: float) -> None:
+        self._recorder.log("/battery", messages.Battery(now_s, battery.voltage_v, battery.remaining_fraction), now_s)
+
+    def health(self, cpu_fraction: float, memory_mb: float, lateness_max_s: float, setpoints: int, now_s: float) -> None:
+        self._recorder.log(
+            "/health",
+            messages.Health(now_s, cpu_fraction, memory_mb, lateness_max_s * 1e3, self._recorder.dropped, setpoints),
+            now_s,
+        )
+
+
+def _finite_rows(discs: Array) -> list[list[float | None]]:
+    """JSON has no infinity: unknown heights become null."""
+    return [[value if math.isfinite(value) else None for value in row] for row in discs.tolist()]

@@ -1,0 +1,68 @@
+"""One `flightapp sim` from the mission file to the summary."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from flightapp.analysis import report
+from flightapp.config.mission import load_mission
+from flightapp.config.profile import load_profile
+from flightapp.core.errors import InputError
+from flightapp.recording.run_folder import create_run_folder
+from flightapp.runtime.composition import build_strategy
+from flightapp.runtime.inputs import check_inputs
+from flightapp.runtime.outcome import Outcome
+from flightapp.runtime.vehicle_process import EXIT_STATUS
+from flightapp.sim.launcher import Launcher
+from flightapp.sim.progress import Progress
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationResult:
+    """What a run came to."""
+
+    summary: dict[str, Any]
+    run: Path
+    page: Path
+    exit_status: int
+
+    def text(self) -> str:
+        """A few lines for a person."""
+        summary = self.summary
+        lines = [f"outcome: {summary['outcome']}"]
+        for label, name, unit in (
+            ("captured after", "capture_time_s", "s"),
+            ("smallest clearance to an obstacle", "min_obstacle_clearance_m", "m"),
+            ("smallest separation of the pursuers", "min_separation_m", "m"),
+            ("evader's distance to the boundary", "boundary_distance_m", "m"),
+        ):
+            value = summary.get(name)
+            if isinstance(value, (int, float)):
+                lines.append(f"{label}: {value:.2f} {unit}")
+        lines.append(f"recordings: {self.run}")
+        lines.append(f"report: {self.page}")
+        return "\n".join(lines)
+
+
+async def simulate(mission_path: Path, profile_path: Path, seed: int, folder: Path | None) -> SimulationResult:
+    """Check every input, fly, analyse. InputError before anything was started."""
+    mission, profile = load_mission(mission_path), load_profile(profile_path)
+    for vehicle in mission.vehicles:
+        check_inputs(mission, profile, mission_path, profile_path, vehicle.name)
+        build_strategy(mission, vehicle, profile, mission_path, seed)
+    run = _given_folder(folder) if folder is not None else create_run_folder(profile.recording.folder, mission.name)
+    with Progress(mission.name) as progress:
+        statuses = await Launcher(mission, profile, mission_path, profile_path, run, seed, progress).run()
+    summary, page = report([run])
+    faults = [name for name, status in statuses.items() if status == EXIT_STATUS[Outcome.FAULT] or status not in (0, 1)]
+    outcome = Outcome(summary["outcome"]) if summary["outcome"] is not None else Outcome.FAULT
+    return SimulationResult(summary, run, page, EXIT_STATUS[Outcome.FAULT if faults else outcome])
+
+
+def _given_folder(folder: Path) -> Path:
+    if folder.exists() and any(folder.iterdir()):
+        raise InputError(f"--run {folder}: exists and is not empty; name a new folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
