@@ -99,7 +99,7 @@ class Capture(Strict):
     def _hold_is_a_capture(self) -> Capture:
         if self.hold_radius_m > self.radius_m:
             raise ValueError(
-                f"hold_radius_m = {self.hold_radius_m}: must not exceed radius_m = {self.radius_m}: holding would undo the capture"
+                f"hold_radius_m = {self.hold_radius_m}: must not exceed radius_m = {self.radius_m}; holding must not undo capture"
             )
         return self
 
