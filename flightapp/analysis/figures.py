@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from html import escape
 from typing import Any
@@ -13,6 +14,7 @@ from flightapp.analysis.map_data import EVADER_COLOUR, OTHER_LABEL, MapData, map
 from flightapp.analysis.outcome import captured_s, pursuers_of
 from flightapp.analysis.run import Run, VehicleRun
 from flightapp.core.types import Array
+from flightapp.recording.phases import AIRBORNE
 from flightapp.sim.world import World
 
 Figure = dict[str, Any]
@@ -338,12 +340,15 @@ def _processor_loads(run: Run) -> list[Figure]:
 
 
 def _link_ages(run: Run) -> list[Figure]:
-    """One line for each pair of vehicles."""
+    """One line for each pair of vehicles, until the first of them has landed and falls silent."""
+    flown = [window for vehicle in run.vehicles if (window := vehicle.phases.window(AIRBORNE)) is not None]
+    end_s = min((window.end_s for window in flown), default=math.inf)
     dashes = ("solid", "dot", "dash", "dashdot")
     traces = []
     for vehicle in run.vehicles:
         series = vehicle.recording.topic("/team")
-        for number, (other, (times, ages)) in enumerate(sorted(_ages(series.t_s, series.messages).items())):
+        known = [message for t_s, message in zip(series.t_s.tolist(), series.messages, strict=True) if t_s <= end_s]
+        for number, (other, (times, ages)) in enumerate(sorted(_ages(series.t_s[: len(known)], known).items())):
             name = f"{vehicle.name} of {other}"
             traces.append(_trace(run, vehicle.name, name, np.array(times), np.array(ages), dash=dashes[number % len(dashes)]))
     return traces

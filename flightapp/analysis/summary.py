@@ -30,6 +30,7 @@ def summarise(run: Run) -> Summary:
         "path_length_m": _mean(pursuers, "path_length_m"),
         "mean_jerk_m_s3": _mean(pursuers, "mean_jerk_m_s3"),
         "min_obstacle_clearance_m": _least(pursuers, "min_obstacle_clearance_m"),
+        "clearance_wanted_m": _clearance_wanted_m(run),
         "min_separation_m": metrics.min_separation_m(run),
         "separation_required_m": _separation_required_m(run),
         "min_target_distance_m": metrics.min_target_distance_m(run),
@@ -94,6 +95,11 @@ def _seed(run: Run) -> int | None:
 def _separation_required_m(run: Run) -> float | None:
     """The largest separation that a pursuer's profile asks for."""
     return max((v.profile.safety.separation_min_m for v in pursuers_of(run) if v.profile is not None), default=None)
+
+
+def _clearance_wanted_m(run: Run) -> float | None:
+    """The largest safety margin of a pursuer's profile."""
+    return max((v.profile.limits.safety_margin_m for v in pursuers_of(run) if v.profile is not None), default=None)
 
 
 def _errors(run: Run) -> list[dict[str, Any]]:

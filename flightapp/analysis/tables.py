@@ -16,12 +16,15 @@ UNKNOWN = "–"
 def figures_table(summary: Summary) -> str:
     """The figures of the whole run."""
     boundary = summary["boundary_distance_m"]
-    required = summary["separation_required_m"]
+    required, wanted = summary["separation_required_m"], summary["clearance_wanted_m"]
     rows = [
         ("Outcome", escape(summary["outcome"] or UNKNOWN)),
         ("Time to capture", number(summary["capture_time_s"], 1, "s")),
         ("Path length, mean of the pursuers", number(summary["path_length_m"], 1, "m")),
-        ("Smallest clearance to an obstacle", number(summary["min_obstacle_clearance_m"], 2, "m")),
+        (
+            "Smallest clearance to an obstacle",
+            number(summary["min_obstacle_clearance_m"], 2, "m") + ("" if wanted is None else f" (margin {wanted:.2f} m)"),
+        ),
         (
             "Smallest separation of the pursuers",
             number(summary["min_separation_m"], 2, "m") + ("" if required is None else f" (required {required:.2f} m)"),

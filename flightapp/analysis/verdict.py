@@ -55,6 +55,9 @@ def _broken(summary: dict[str, Any]) -> list[str]:
 
 def _remarks(summary: dict[str, Any]) -> list[str]:
     found = [f"{error['vehicle']}: {error['text']}" for error in summary["errors"]]
+    clearance, wanted = summary["min_obstacle_clearance_m"], summary["clearance_wanted_m"]
+    if clearance is not None and wanted is not None and 0.0 <= clearance < wanted:
+        found.append(f"the clearance to an obstacle fell to {clearance:.2f} m, below the safety margin of {wanted:.2f} m")
     cut = [recording["file"] for recording in summary["recordings"] if not recording["complete"]]
     if cut:
         found.append(f"incomplete recordings: {', '.join(cut)}")

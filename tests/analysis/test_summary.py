@@ -97,6 +97,8 @@ def test_what_broke_a_limit_is_said(summary: Summary) -> None:
     verdict = verdict_of(worse)
     assert verdict.level == "bad"
     assert len(verdict.reasons) == 3
+    close = verdict_of(summary | {"min_obstacle_clearance_m": 0.2})
+    assert (close.level, len(close.reasons)) == ("attention", 1)
     assert verdict_of(summary | {"outcome": "timeout", "capture_time_s": None}).level == "attention"
     error = {"t_s": T0_S, "vehicle": "p1", "name": "fault", "text": "no depth frames"}
     fault = verdict_of(summary | {"outcome": "fault", "errors": [error]})
