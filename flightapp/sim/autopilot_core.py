@@ -9,16 +9,16 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
-from flightapp.sim.autopilot_estimator import Estimator, GpsFault
+from flightapp.sim.autopilot_estimator import Estimator
 from flightapp.sim.autopilot_frames import Frames
 from flightapp.sim.autopilot_modes import Mode
 from flightapp.sim.autopilot_navigator import Estimate, Navigator, OffboardSetpoint
 from flightapp.sim.autopilot_parameters import Parameters
 from flightapp.sim.fault_script import ActiveFault, FaultEngine, Situation
 from flightapp.sim.mavlink_dialect import mavlink
-from flightapp.sim.multirotor import Command, Motors, Multirotor
+from flightapp.sim.multirotor import Command, Multirotor
+from flightapp.sim.vehicle_faults import Battery, apply_to_gps, apply_to_motors
 
 STEP_S = 0.005
 READY_AFTER_S = 0.5
@@ -42,20 +42,6 @@ EMERGENCY, CRITICAL, WARNING, INFO = 0, 2, 4, 6
 Done = Callable[[int], None]
 """Told the MAV_RESULT of a command once it is known."""
 EventSink = Callable[[dict[str, object]], None]
-
-
-@dataclass(slots=True)
-class Battery:
-    """Charge as it is and as it is measured; fractions of full."""
-
-    true_remaining: float = 1.0
-    remaining: float = 1.0
-    consumed_mah: float = 0.0
-    current_a: float = 0.4
-    history: deque[tuple[float, float]] = field(default_factory=deque)
-
-    def voltage_v(self, cells: int) -> float:
-        return cells * (3.5 + 0.7 * self.remaining) - 0.01 * self.current_a
 
 
 class AutopilotCore:
@@ -300,8 +286,8 @@ class AutopilotCore:
         self.faults.update(
             self.t_s, Situation(self.armed, self.mode.name, self.landed, self.vehicle.height_above_ground_m, speed)
         )
-        self._apply_gps_fault()
-        self._apply_motor_fault()
+        apply_to_gps(self.faults.on("gps"), self.estimator, self.vehicle)
+        apply_to_motors(self.faults.on("motors"), self.vehicle, self.armed)
         self._apply_mode_fault()
         if not self.home_set and self.position_valid:
             self.set_home()
@@ -309,7 +295,9 @@ class AutopilotCore:
             if item[0] <= self.t_s:
                 self._later.remove(item)
                 item[1]()
-        self._step_battery(_COMMANDER_STEPS * STEP_S)
+        capacity_mah = float(self.parameters["BAT1_CAPACITY"])
+        self.battery.drain(_COMMANDER_STEPS * STEP_S, capacity_mah, armed=self.armed, landed=self.landed)
+        self.battery.measure(self.t_s, self.faults.on("battery"))
         jump = self.estimator.take_reset()
         if jump != (0.0, 0.0, 0.0):
             self.navigator.shift(jump)
@@ -415,58 +403,7 @@ class AutopilotCore:
             self.status(INFO, "Disarmed by landing" if self._has_flown else "Disarmed by auto preflight disarming")
             self._set_armed(False)
 
-    # -- faults on the vehicle ------------------------------------------------------------------------------------
-
-    def _apply_gps_fault(self) -> None:
-        fault, estimator = self.faults.on("gps"), self.estimator
-        if fault is None:
-            if estimator.gps != GpsFault():
-                estimator.gps = GpsFault()
-            return
-        gps = GpsFault()
-        if fault.verb in ("off", "intermittent"):
-            gps.fix = not fault.bites()
-            if not gps.fix:
-                fault.felt("no fix")
-        elif fault.verb == "stuck":
-            gps.stuck = True
-        elif fault.verb == "garbage":
-            gps.deviation_m = fault.get("deviation_m")
-        elif fault.verb == "wrong":
-            gps.offset_m = (fault.get("offset_m"), 0.0, 0.0)
-        elif fault.verb == "slow":
-            gps.divider = fault.get("factor")
-        elif fault.verb == "delayed":
-            gps.delay_s = fault.get("delay_s")
-        estimator.gps = gps
-        if fault.felt_count == 0:
-            true, seen = self.vehicle.position_ned_m, estimator.gps_position_ned_m
-            if math.hypot(seen[0] - true[0], seen[1] - true[1]) > 0.1:
-                fault.felt("the receiver reports a wrong position")
-
-    def _apply_motor_fault(self) -> None:
-        fault, vehicle = self.faults.on("motors"), self.vehicle
-        motors = Motors(running=self.armed)
-        if fault is not None:
-            verb = fault.verb
-            flying = self.armed and not vehicle.on_ground
-            if verb == "off" or (verb == "intermittent" and fault.bites()):
-                motors.thrust_available = 0.0
-            elif verb == "slow":
-                motors.thrust_available = fault.get("fraction")
-                flying = flying and vehicle.thrust_short
-            elif verb == "stuck":
-                motors.held = True
-            elif verb == "garbage":
-                motors.thrust_available = fault.random.uniform(0.3, 1.0)
-                motors.bias_ned_m_s2 = tuple(fault.random.uniform(-3.0, 3.0) for _ in range(3))  # type: ignore[assignment]
-            elif verb == "wrong":
-                motors.bias_ned_m_s2 = (fault.get("acceleration_m_s2"), 0.0, 0.0)
-            elif verb == "delayed":
-                motors.lag_s = fault.get("delay_s")
-            if flying and (verb != "intermittent" or motors.thrust_available == 0.0):
-                fault.felt("thrust")
-        vehicle.motors = motors
+    # -- the pilot of the fault script ------------------------------------------------------------------------------------
 
     def _apply_mode_fault(self) -> None:
         """The RC pilot of the scenario: takes the mode at the beginning, and again in each bad phase."""
@@ -480,34 +417,6 @@ class AutopilotCore:
             self._mode_fault = fault
             fault.felt(f"pilot takes {fault.get('mode')}")
             self.pilot_takes(Mode[fault.get("mode")])
-
-    def _step_battery(self, dt_s: float) -> None:
-        battery = self.battery
-        battery.current_a = (16.0 if not self.landed else 3.0) if self.armed else 0.4
-        capacity_mah = float(self.parameters["BAT1_CAPACITY"])
-        used_mah = battery.current_a * dt_s / 3.6
-        battery.consumed_mah += used_mah
-        battery.true_remaining = max(battery.true_remaining - used_mah / capacity_mah, 0.0)
-        fault = self.faults.on("battery")
-        if fault is None:
-            battery.remaining = battery.true_remaining
-            battery.history.clear()
-            return
-        if fault.verb == "off":
-            battery.remaining = 0.0
-        elif fault.verb == "wrong":
-            battery.remaining = fault.get("remaining")
-        elif fault.verb == "garbage":
-            battery.remaining = fault.random.random()
-        elif fault.verb == "delayed":
-            battery.history.append((self.t_s, battery.true_remaining))
-            while len(battery.history) > 1 and battery.history[1][0] <= self.t_s - fault.get("delay_s"):
-                battery.history.popleft()
-            battery.remaining = battery.history[0][1]
-        elif fault.verb != "stuck":
-            battery.remaining = battery.true_remaining
-        if abs(battery.remaining - battery.true_remaining) > 1e-6:
-            fault.felt("wrong charge")
 
 
 _OFFBOARD_LOSS = {0: Mode.POSCTL, 1: Mode.ALTCTL, 2: Mode.MANUAL, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.HOLD}

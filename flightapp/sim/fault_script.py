@@ -298,7 +298,7 @@ class FaultEngine:
             if duration is not None and active.began_s is not None and t_s >= active.began_s + duration:
                 self._running.remove(active)
                 active.ended = True
-                self._by_target = {target: fault for target, fault in self._by_target.items() if fault is not active}
+                self._by_target = {target: fault for fault in self._running for target in fault.fault.targets()}
                 self._report("ended", active, "")
 
     def on(self, target: str) -> ActiveFault | None:

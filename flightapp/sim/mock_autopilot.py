@@ -10,11 +10,12 @@ import ctypes
 import json
 import math
 import signal
+import socket
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
+from typing import NoReturn, TextIO
 
 from flightapp.config.mission import Mission, load_mission
 from flightapp.config.profile import load_profile
@@ -165,7 +166,7 @@ def _limits(path: Path) -> MultirotorLimits:
     )
 
 
-def _numbers(count: int, shape: str) -> type:
+def _numbers(count: int, shape: str) -> Callable[[str], tuple[float, ...]]:
     def parse(text: str) -> tuple[float, ...]:
         parts = text.split(",")
         try:
@@ -176,14 +177,17 @@ def _numbers(count: int, shape: str) -> type:
             raise argparse.ArgumentTypeError(f"'{text}' is not {shape}")
         return values
 
-    return parse  # type: ignore[return-value]
+    return parse
 
 
 def _address(text: str) -> tuple[str, int]:
     host, separator, port = text.rpartition(":")
     if not separator or not host or not port.isdigit() or not 0 < int(port) < 65536:
         raise argparse.ArgumentTypeError(f"'{text}' is not HOST:PORT, for example 127.0.0.1:14540")
-    return host, int(port)
+    try:
+        return socket.gethostbyname(host), int(port)
+    except OSError:
+        raise argparse.ArgumentTypeError(f"'{text}': no address is known for the host '{host}'") from None
 
 
 def _duration_s(text: str) -> float:
@@ -205,7 +209,7 @@ def _system_id(text: str) -> int:
 class _Parser(argparse.ArgumentParser):
     """Bad arguments end as InputError: one sentence, exit status 2."""
 
-    def error(self, message: str) -> None:  # type: ignore[override]
+    def error(self, message: str) -> NoReturn:
         raise InputError(message)
 
 

@@ -174,6 +174,19 @@ def test_a_fault_whose_condition_never_comes_is_unfelt() -> None:
     assert not mock.fault_events()
 
 
+def test_of_two_faults_on_a_target_the_later_acts_then_the_earlier_again() -> None:
+    always = {"armed": False}
+    mock = VirtualMock(
+        {"target": "battery", "verb": "wrong", "remaining": 0.5, "when": always},
+        {"target": "battery", "verb": "wrong", "remaining": 0.2, "when": {**always, "after_s": 1.0}, "duration_s": 1.0},
+    )
+    seen = []
+    for _ in range(3):
+        mock.run(0.9)
+        seen.append(mock.core.battery.remaining)
+    assert seen == [0.5, 0.2, 0.5]
+
+
 REFUSED = [
     ('target = "gsp"\nverb = "off"\nat_s = 1.0', "faults[0].target = 'gsp'"),
     ('target = "gps"\nverb = "of"\nat_s = 1.0', "faults[0].verb = 'of'"),
