@@ -122,7 +122,7 @@ def test_commands_stay_within_window_and_limits_and_diagnostics_are_plain(seed: 
             tick / 30, own=tuple(own), velocity=tuple(velocity), target=tuple(random.uniform(-6.0, 6.0, 2)), discs=discs
         )
         decision = planner.step(seen)
-        base = last + 0.3 * (velocity - last)
+        base = last + Ac2fParameters().command_blend * (velocity - last)
         command = decision.velocity_ned_m_s[:2]
         assert np.isfinite(command).all()
         assert np.hypot(*command) <= vehicle.speed_max_m_s + 1e-9

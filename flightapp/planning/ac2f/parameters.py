@@ -39,7 +39,7 @@ class Ac2fParameters(StrategyParameters):
     # dynamic window
     control_period_s: float = Field(default=0.1, gt=0)
     """Period of the dynamic window and of the samples in the history."""
-    command_blend: float = Field(default=0.3, ge=0, le=1)
+    command_blend: float = Field(default=0.15, ge=0, le=1)
     """Centre of the window: this share of the measured velocity, the rest of the last command."""
     horizon_s: float = Field(default=1.0, gt=0)
     """Prediction horizon on the approach."""
@@ -79,10 +79,10 @@ class Ac2fParameters(StrategyParameters):
     """Cap of the summed repulsion, relative to an attraction of 1."""
     braking_share: float = Field(default=0.8, gt=0, le=1)
     """Share of the vehicle's acceleration limit that braking may assume."""
-    reaction_s: float = Field(default=0.3, ge=0)
+    reaction_s: float = Field(default=0.4, ge=0)
     """Time from a decision until the vehicle brakes: its lag plus the age of what it sees."""
-    response_lag_s: float = Field(default=0.25, ge=0)
-    """Lag of the velocity loop; the roll-out starts where this lag puts the vehicle."""
+    response_lag_s: float = Field(default=0.3, ge=0)
+    """Lag of the velocity loop; motions are judged from where this lag puts the vehicle."""
     obstacle_range_m: float = Field(default=15.0, gt=0)
     """Obstacles beyond are ignored."""
     unseen_speed_m_s: float = Field(default=1.5, gt=0)

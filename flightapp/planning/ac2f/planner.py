@@ -31,11 +31,12 @@ LEAVE_FIRST_M = 0.1  # deeper than this inside a margin, leaving it comes before
 
 @dataclass(frozen=True, slots=True)
 class _View:
-    """One observation, digested."""
+    """One observation, digested; `ahead` is where the lag of the velocity loop puts the vehicle."""
 
     t_s: float
     own: Point
     base: Point
+    ahead: Point
     team: tuple[tuple[Point, Point], ...]
     team_complete: bool
     target: Target | None
@@ -110,6 +111,8 @@ class Ac2fPlanner:
         last = velocity if self._command is None else self._command
         blend = parameters.command_blend
         base = (last[0] + blend * (velocity[0] - last[0]), last[1] + blend * (velocity[1] - last[1]))
+        lag = parameters.response_lag_s
+        ahead = (own[0] + lag * (velocity[0] - base[0]), own[1] + lag * (velocity[1] - base[1]))
         fresh = [member for member in observation.team if member.age_s <= parameters.team_stale_s]
         team = tuple(teammate_now(member) for member in fresh)
         target = None if observation.target is None else target_now(observation.target, observation.t_s)
@@ -128,7 +131,7 @@ class Ac2fPlanner:
         )
         moving = sum(math.dist(mover.position, own) - mover.distance_m <= parameters.obstacle_range_m for mover in movers)
         obstacles = scene[: len(scene) - moving]
-        return _View(observation.t_s, own, base, team, len(fresh) == len(observation.team), target, obstacles, scene)
+        return _View(observation.t_s, own, base, ahead, team, len(fresh) == len(observation.team), target, obstacles, scene)
 
     def _movers(self, team: tuple[tuple[Point, Point], ...], target: Target | None) -> list[Mover]:
         separation = self._pursuit.team_distance_m(len(team) + 1)
@@ -224,7 +227,7 @@ class Ac2fPlanner:
         return self._reactive(view, view.target, intent.goal, intent.velocity, observation), intent
 
     def _hold(self, view: _View) -> _Action:
-        velocity = safe_velocity(view.scene, view.own, (0.0, 0.0), view.base, self._limits.speed_max_m_s, self._field)
+        velocity = safe_velocity(view.scene, view.ahead, (0.0, 0.0), view.base, self._limits.speed_max_m_s, self._field)
         return _Action(self._slewed(view, velocity), self._nose_rad, None, {})
 
     def _search(self, view: _View, observation: Observation, place: Point) -> _Action:
@@ -238,7 +241,7 @@ class Ac2fPlanner:
         """Coarse and tracking: the wish, deflected by obstacles and made safe."""
         parameters = self._parameters
         turned = deflected(view.obstacles, view.own, wish, self._field)
-        chosen = safe_velocity(view.scene, view.own, turned, view.base, self._limits.speed_max_m_s, self._field)
+        chosen = safe_velocity(view.scene, view.ahead, turned, view.base, self._limits.speed_max_m_s, self._field)
         seen = seen_velocity(chosen, observation.obstacles.unseen, parameters.unseen_speed_m_s)
         watched = target.position if target is not None and self._near(view, target) else None
         yaw = nose_bearing(chosen, parameters.face_evader_speed_m_s, view.own, watched, self._nose_rad)
@@ -280,13 +283,7 @@ class Ac2fPlanner:
         course = math.atan2(view.base[1], view.base[0])
         if speed < STANDING_M_S:
             course = math.atan2(direction[1], direction[0]) if near else observation.own.yaw_rad
-        lag = self._parameters.response_lag_s
-        velocity = planar(observation.own.velocity_ned_m_s)
-        start = (
-            view.own[0] + lag * (velocity[0] - view.base[0]),
-            view.own[1] + lag * (velocity[1] - view.base[1]),
-        )
-        return Motion(start, course, min(speed, self._limits.speed_max_m_s), self._turn_rad_s)
+        return Motion(view.ahead, course, min(speed, self._limits.speed_max_m_s), self._turn_rad_s)
 
     def _near(self, view: _View, target: Target) -> bool:
         return math.dist(view.own, target.position) <= self._parameters.slot_range_m
