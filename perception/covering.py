@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,21 +62,24 @@ def _round(points: SurfacePoints, start: int, end: int, parameters: PerceptionPa
     return ahead, aside, radius
 
 
-@dataclass(slots=True)
 class _Piece:
     """Neighbouring points that one disc covers, and the rectangle around them."""
 
-    ahead_min: float
-    ahead_max: float
-    aside_min: float
-    aside_max: float
-    points: list[tuple[float, float, float]] = field(default_factory=list)
+    __slots__ = ("ahead_max", "ahead_min", "aside_max", "aside_min", "points")
+
+    def __init__(self, ahead: float, aside: float) -> None:
+        self.ahead_min = self.ahead_max = ahead
+        self.aside_min = self.aside_max = aside
+        self.points: list[tuple[float, float, float]] = []
 
     def takes(self, ahead: float, aside: float, chord: float) -> bool:
-        """Widen the rectangle by a point unless it would become longer than `chord`."""
-        low, high = min(self.ahead_min, ahead), max(self.ahead_max, ahead)
-        left, right = min(self.aside_min, aside), max(self.aside_max, aside)
-        if high - low > chord or right - left > chord or (high - low) ** 2 + (right - left) ** 2 > 1.5 * chord * chord:
+        """Widen the rectangle by a point unless it would become too long for one disc."""
+        low = ahead if ahead < self.ahead_min else self.ahead_min
+        high = ahead if ahead > self.ahead_max else self.ahead_max
+        left = aside if aside < self.aside_min else self.aside_min
+        right = aside if aside > self.aside_max else self.aside_max
+        length, width = high - low, right - left
+        if length > chord or width > chord or length * length + width * width > 1.5 * chord * chord:
             return False
         self.ahead_min, self.ahead_max, self.aside_min, self.aside_max = low, high, left, right
         return True
@@ -87,21 +89,21 @@ def _row(points: SurfacePoints, start: int, end: int, parameters: PerceptionPara
     """Small discs along points [start, end)."""
     bulge = parameters.surface_tolerance_m
     chord = 2 * math.sqrt(max(bulge**2, 2 * parameters.disc_radius_max_m * bulge - bulge**2))
-    done: list[_Piece] = []
-    for ahead, aside, half_depth in zip(
+    pieces: list[_Piece] = []
+    for point in zip(
         points.forward_m[start:end].tolist(),
         points.right_m[start:end].tolist(),
         points.half_depth_m[start:end].tolist(),
         strict=True,
     ):
-        for piece in done[-1 : -_OPEN_PIECES - 1 : -1]:
-            if piece.takes(ahead, aside, chord):
+        for piece in pieces[: -_OPEN_PIECES - 1 : -1]:
+            if piece.takes(point[0], point[1], chord):
                 break
         else:
-            piece = _Piece(ahead, ahead, aside, aside)
-            done.append(piece)
-        piece.points.append((ahead, aside, half_depth))
-    return [_piece_disc(piece.points, parameters) for piece in done]
+            piece = _Piece(point[0], point[1])
+            pieces.append(piece)
+        piece.points.append(point)
+    return [_piece_disc(piece.points, parameters) for piece in pieces]
 
 
 def _piece_disc(points: list[tuple[float, float, float]], parameters: PerceptionParameters) -> Disc:
@@ -110,7 +112,7 @@ def _piece_disc(points: list[tuple[float, float, float]], parameters: Perception
     (x0, y0, _), (x1, y1, _) = points[0], points[-1]
     x, y = (x0 + x1) / 2, (y0 + y1) / 2
     distance = math.hypot(x, y)
-    half_depth = max(point[2] for point in points)
+    half_depth = max([point[2] for point in points])
     along_x, along_y = x1 - x0, y1 - y0
     length = math.hypot(along_x, along_y)
     half = length / 2 + TANGENT_STEP * x / 2
@@ -126,5 +128,5 @@ def _piece_disc(points: list[tuple[float, float, float]], parameters: Perception
     else:
         away_x, away_y = x / distance, y / distance
     x, y = x + push * away_x, y + push * away_y
-    furthest = max(math.hypot(px - x, py - y) + half for px, py, half in points)
+    furthest = max([math.hypot(px - x, py - y) + half for px, py, half in points])
     return x, y, max(radius, furthest - bulge / 2)

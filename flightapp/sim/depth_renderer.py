@@ -108,7 +108,7 @@ def _smooth(image: NDArray[np.float32]) -> NDArray[np.float32]:
     return image
 
 
-@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8)", cache=True, nogil=True)
+@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8)", cache=True, nogil=True, error_model="numpy")
 def _draw_ground(z, rotation, position, fx, fy, cx, cy, ground):  # type: ignore[no-untyped-def]
     """Fill the image with the ground plane; 1e9 where the ray does not meet it."""
     height = ground - position[2]
@@ -153,7 +153,7 @@ def _window(corners, rotation, position, fx, fy, cx, cy, width, height, range_ma
     return left, right, upper, lower
 
 
-@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8,f8[:,::1],f8)", cache=True, nogil=True)
+@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8,f8[:,::1],f8)", cache=True, nogil=True, error_model="numpy")
 def _draw_cylinders(z, rotation, position, fx, fy, cx, cy, ground, cylinders, range_max):  # type: ignore[no-untyped-def]
     """Vertical cylinders (n, 4) north, east, radius, height standing on the ground: sides and tops."""
     corners = np.empty((8, 3))
@@ -193,7 +193,7 @@ def _draw_cylinders(z, rotation, position, fx, fy, cx, cy, ground, cylinders, ra
                         z[v, u] = s
 
 
-@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8,f8[:,::1],f8)", cache=True, nogil=True)
+@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8,f8[:,::1],f8)", cache=True, nogil=True, error_model="numpy")
 def _draw_boxes(z, rotation, position, fx, fy, cx, cy, ground, boxes, range_max):  # type: ignore[no-untyped-def]
     """Boxes (n, 6) north, east, length, width, height, heading_rad standing on the ground."""
     corners = np.empty((8, 3))
@@ -224,17 +224,18 @@ def _draw_boxes(z, rotation, position, fx, fy, cx, cy, ground, boxes, range_max)
                 ray_l = ray_l if abs(ray_l) > 1e-12 else 1e-12
                 ray_w = ray_w if abs(ray_w) > 1e-12 else 1e-12
                 ray_d = ray_d if abs(ray_d) > 1e-12 else 1e-12
-                s0, s1 = (-half_l - own_l) / ray_l, (half_l - own_l) / ray_l
+                per_l, per_w, per_d = 1.0 / ray_l, 1.0 / ray_w, 1.0 / ray_d
+                s0, s1 = (-half_l - own_l) * per_l, (half_l - own_l) * per_l
                 enter, leave = min(s0, s1), max(s0, s1)
-                s0, s1 = (-half_w - own_w) / ray_w, (half_w - own_w) / ray_w
+                s0, s1 = (-half_w - own_w) * per_w, (half_w - own_w) * per_w
                 enter, leave = max(enter, min(s0, s1)), min(leave, max(s0, s1))
-                s0, s1 = (top - position[2]) / ray_d, (ground - position[2]) / ray_d
+                s0, s1 = (top - position[2]) * per_d, (ground - position[2]) * per_d
                 enter, leave = max(enter, min(s0, s1)), min(leave, max(s0, s1))
                 if _NEAR_M < enter <= leave and enter < z[v, u]:
                     z[v, u] = enter
 
 
-@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8[:,::1],f8)", cache=True, nogil=True)
+@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8[:,::1],f8)", cache=True, nogil=True, error_model="numpy")
 def _draw_spheres(z, rotation, position, fx, fy, cx, cy, spheres, range_max):  # type: ignore[no-untyped-def]
     """Spheres (n, 4) north, east, down, radius."""
     corners = np.empty((8, 3))
@@ -262,7 +263,7 @@ def _draw_spheres(z, rotation, position, fx, fy, cx, cy, spheres, range_max):  #
                         z[v, u] = s
 
 
-@numba.njit("void(f4[:,::1],u2[:,::1],i1[:,::1],i8,i8,f8,f8,f8,f8)", cache=True, nogil=True)
+@numba.njit("void(f4[:,::1],u2[:,::1],i1[:,::1],i8,i8,f8,f8,f8,f8)", cache=True, nogil=True, error_model="numpy")
 def _measure(z, out, noise, row, column, sign, disparity_1_m, range_min, range_max):  # type: ignore[no-untyped-def]
     """z-depth in m -> what a stereo camera reports in mm: noise, holes, shadows, range."""
     width = z.shape[1]
@@ -283,7 +284,7 @@ def _measure(z, out, noise, row, column, sign, disparity_1_m, range_min, range_m
             out[v, u] = np.uint16(measured * 1000.0 + 0.5) if range_min <= measured <= range_max else 0
 
 
-@numba.njit("void(f4[:,::1],u2[:,::1],f8,f8)", cache=True, nogil=True)
+@numba.njit("void(f4[:,::1],u2[:,::1],f8,f8)", cache=True, nogil=True, error_model="numpy")
 def _quantise(z, out, range_min, range_max):  # type: ignore[no-untyped-def]
     """z-depth in m -> mm, 0 out of range."""
     for v in range(z.shape[0]):

@@ -13,6 +13,7 @@ from flightapp.core.types import Array
 
 _SAMPLE_STEP_M = 0.02
 _BOX_CELL_M = 0.75
+_BOX_OVERHANG_M = 0.16
 
 
 class World:
@@ -70,7 +71,10 @@ class World:
 
 def _cover_rectangle(length: float, width: float) -> list[tuple[float, float, float]]:
     """Circles (along, across, radius) that cover a rectangle about the origin: a ring of small ones, larger ones inside."""
-    n_long, n_wide = math.ceil(length / _BOX_CELL_M), math.ceil(width / _BOX_CELL_M)
+    thin = min(length, width)
+    thin /= math.ceil(thin / _BOX_CELL_M)
+    longest = min(_BOX_CELL_M, math.sqrt((thin + 2 * _BOX_OVERHANG_M) ** 2 - thin**2))
+    n_long, n_wide = (math.ceil(side / (longest if side > thin else thin)) for side in (length, width))
     cell_l, cell_w = length / n_long, width / n_wide
     radius = math.hypot(cell_l, cell_w) / 2
     circles = [
@@ -81,9 +85,10 @@ def _cover_rectangle(length: float, width: float) -> list[tuple[float, float, fl
     ]
     inner_l, inner_w = length - 2 * cell_l, width - 2 * cell_w
     if n_long > 2 and n_wide > 2:
-        # A square of side c sticks out of itself by 0.21 c when replaced by a circle: the ring leaves room for c = 4 cells.
-        room = 4 * min(cell_l, cell_w)
-        m_long, m_wide = math.ceil(inner_l / room), math.ceil(inner_w / room)
+        # Circles around cells of up to 2:1 with the longer side c stick out by 0.31 c; the ring leaves room for c = 3 cells.
+        cell = min(cell_l, cell_w)
+        side = min(3 * cell, max(inner_l, cell), max(inner_w, cell))
+        m_long, m_wide = math.ceil(inner_l / side), math.ceil(inner_w / side)
         step_l, step_w = inner_l / m_long, inner_w / m_wide
         circles.extend(
             ((i + 0.5) * step_l - inner_l / 2, (j + 0.5) * step_w - inner_w / 2, math.hypot(step_l, step_w) / 2)
