@@ -16,7 +16,10 @@ from flightapp.safety.parameters import SafetyParameters
 from flightapp.safety.velocity_bounds import Planar, VelocityBound
 
 TANGENT_SHARES = (0.0, -0.33, 0.33, -0.66, 0.66, -1.0, 1.0)
-ACTUAL_WEIGHT = 4.0
+ACTUAL_WEIGHT = 20.0
+"""How much more the actual velocity counts than the wanted one in the choice of a line: it is the one that must be braked."""
+LAGGED_WEIGHT = 0.5
+"""Where nothing can be braked in time any more, the line is chosen without the lag: that brakes more than it swerves."""
 VEHICLE_NEARBY_M = 0.5
 
 
@@ -125,8 +128,9 @@ def _tangent_bounds(discs: Array, clearances: Array, vehicles: Array, motion: Ar
             opening = to_n * disc_n + to_e * disc_e
             credit = opening if known else min(opening, 0.0)
             closing = to_n * motion[2] + to_e * motion[3] - credit
-            bound = max(0.0, _brakeable(left - max(closing, 0.0) * (lag + own_age), deceleration, lag) + credit)
-            own_excess = closing - _brakeable(left, deceleration, lag)
+            after_lag = _brakeable(left - max(closing, 0.0) * (lag + own_age), deceleration, lag)
+            bound = max(0.0, after_lag + credit)
+            own_excess = max(closing - _brakeable(left, deceleration, lag), LAGGED_WEIGHT * (closing - after_lag))
             excess = max(to_n * motion[4] + to_e * motion[5] - bound, ACTUAL_WEIGHT * own_excess)
             if excess < least:
                 least = excess
