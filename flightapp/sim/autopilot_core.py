@@ -403,7 +403,7 @@ class AutopilotCore:
             self.status(INFO, "Disarmed by landing" if self._has_flown else "Disarmed by auto preflight disarming")
             self._set_armed(False)
 
-    # -- the pilot of the fault script ------------------------------------------------------------------------------------
+    # -- the pilot of the fault script -----------------------------------------------------------------------------
 
     def _apply_mode_fault(self) -> None:
         """The RC pilot of the scenario: takes the mode at the beginning, and again in each bad phase."""

@@ -56,8 +56,8 @@ class MockProcess:
         """The newest true state."""
         reader = TruthReader(self.truth_path)
         try:
-            state = reader.read()
-            assert state is not None
+            # None also where the writer was interrupted in the middle of a write.
+            state: Truth = wait_until(reader.read, 5.0, "true state")
             return state
         finally:
             reader.close()

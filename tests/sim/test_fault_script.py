@@ -20,8 +20,9 @@ CASES = [(target, verb) for target, verbs in FIELDS.items() for verb in verbs]
 def test_each_verb_on_each_target_begins_is_felt_and_ends(target: str, verb: str) -> None:
     """A short flight with commands: what a fault needs to have something to act on."""
     on_ground = target == "arming"
-    start_s = 0.5 if on_ground else 6.0
-    mock = VirtualMock({"target": target, "verb": verb, "at_s": start_s, "duration_s": 4.0})
+    start_s = 0.5 if on_ground else 4.0
+    fault = {"target": target, "verb": verb, "at_s": start_s, "duration_s": 3.0}
+    mock = VirtualMock(fault, parameters={"MIS_TAKEOFF_ALT": 1.0})
     if on_ground:
         mock.run(1.0)
         for _ in range(10):
@@ -31,10 +32,10 @@ def test_each_verb_on_each_target_begins_is_felt_and_ends(target: str, verb: str
     else:
         mock.take_off()
         mock.fly_offboard(1.0, 0.5)
-        mock.run_until(lambda: mock.core.t_s > 7.0)
+        mock.run_until(lambda: mock.core.t_s > 4.8)
         mock.stream = mock.velocity(0.0, -1.0, 0.0)
         mock.mode(Mode.HOLD)
-        mock.run(6.0)
+        mock.run(3.0)
     assert mock.fault_events()[:2] == ["fault_began", "fault_felt"]
     assert "fault_ended" in mock.fault_events()
     assert not mock.faults.unfelt()
