@@ -53,7 +53,7 @@ class World:
     def as_discs(self) -> Array:
         """Discs (n, 7) in ObstacleSet's columns that cover every obstacle: a cylinder is one, a box many small ones.
 
-        No disc stands out of its box by more than 0.16 m.
+        No disc stands out of its box by more than a quarter of a metre.
         """
         discs = [(n, e, radius, self.ground_down_m - height) for n, e, radius, height in self.cylinders.tolist()]
         for north, east, length, width, height, heading in self.boxes.tolist():

@@ -18,7 +18,7 @@ import tomli_w
 
 from flightapp.core.clock import SystemClock, monotonic_ns
 from flightapp.core.errors import InputError
-from flightapp.sim.camera import Fault, parse_fault
+from flightapp.sim.camera import Fault, main, parse_fault
 from flightapp.sim.truth import Truth, TruthWriter
 from perception.sources import SharedMemorySource
 from perception.types import DepthFrame
@@ -93,6 +93,15 @@ def rig(tmp_path: Path) -> Iterator[Rig]:
     if rig.process is not None:
         rig.process.kill()
         rig.process.communicate()
+
+
+@pytest.fixture
+def kept_signals() -> Iterator[None]:
+    """Signal handlers as before, after a test that runs the process's main function in this process."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 def test_frames_show_what_the_vehicle_sees_and_when(rig: Rig) -> None:
@@ -207,10 +216,11 @@ def test_the_camera_dies_with_its_parent(rig: Rig, tmp_path: Path) -> None:
         ({"output": "/nowhere/frames"}, "--output = '/nowhere/frames': cannot be written"),
     ],
 )
-def test_bad_input_is_one_sentence(rig: Rig, changes: dict[str, str], said: str) -> None:
-    process = rig.start(**changes)
-    _, errors = process.communicate(timeout=30)
-    assert process.returncode == 2
+def test_bad_input_is_one_sentence(
+    rig: Rig, changes: dict[str, str], said: str, capsys: pytest.CaptureFixture[str], kept_signals: None
+) -> None:
+    assert main(rig.arguments(**changes)[3:]) == 2
+    errors = capsys.readouterr().err
     assert said in errors
     assert errors.count("\n") == 1
 
