@@ -138,7 +138,8 @@ def recover(
     from flightapp.recording.recover import recover as recover_file
 
     target = output or file.with_name(f"{file.stem}-recovered.mcap")
-    print(f"{recover_file(file, target)} messages in {target}")
+    found = recover_file(file, target)
+    print(f"{found.output}: {found.messages} messages over {found.span_s:.1f} s")
 
 
 def main() -> None:

@@ -113,23 +113,23 @@ def min_target_distance_m(run: Run) -> float | None:
     return min(found, default=None)
 
 
-def boundary_distance_m(run: Run) -> Figures:
+def boundary_figures(run: Run) -> Figures:
     """The evader's distance to the protected boundary: smallest during the pursuit, and when it was captured."""
+    figures: Figures = {"boundary_distance_m": None, "boundary_distance_at_capture_m": None, "evader_track_source": None}
     evader = run.evader_track()
     windows = [window for vehicle in pursuers_of(run) if (window := vehicle.phases.window(("pursue",))) is not None]
     if run.mission is None or evader is None or not windows:
-        return {"min": None, "at_capture": None, "source": None}
+        return figures
+    figures["evader_track_source"] = evader.source
     boundary = run.mission.boundary.as_boundary()
     pursued = evader.within(Window(min(w.start_s for w in windows), max(w.end_s for w in windows)))
+    if len(pursued):
+        figures["boundary_distance_m"] = float(motion.boundary_distances_m(pursued.position_ned_m, boundary).min())
     when_s = captured_s(run)
-    spanned = when_s is not None and evader.t_s[0] <= when_s <= evader.t_s[-1]
-    return {
-        "min": float(motion.boundary_distances_m(pursued.position_ned_m, boundary).min()) if len(pursued) else None,
-        "at_capture": float(motion.boundary_distances_m(evader.at(np.array([when_s])).position_ned_m, boundary)[0])
-        if spanned
-        else None,
-        "source": evader.source,
-    }
+    if when_s is not None and evader.t_s[0] <= when_s <= evader.t_s[-1]:
+        at_capture = evader.at(np.array([when_s])).position_ned_m
+        figures["boundary_distance_at_capture_m"] = float(motion.boundary_distances_m(at_capture, boundary)[0])
+    return figures
 
 
 def _part(track: Track | None, window: Window | None) -> Track | None:

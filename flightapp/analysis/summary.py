@@ -34,7 +34,7 @@ def summarise(run: Run) -> Summary:
         "min_separation_m": metrics.min_separation_m(run),
         "separation_required_m": _separation_required_m(run),
         "min_target_distance_m": metrics.min_target_distance_m(run),
-        "boundary_distance_m": metrics.boundary_distance_m(run),
+        **metrics.boundary_figures(run),
         **metrics.fleet_latencies(run),
         "setpoint_rate_hz": _least(pursuers, "setpoint_rate_hz"),
         "setpoint_gap_max_ms": _greatest(list(vehicles.values()), "setpoint_gap_max_ms"),

@@ -15,7 +15,7 @@ UNKNOWN = "–"
 
 def figures_table(summary: Summary) -> str:
     """The figures of the whole run."""
-    boundary = summary["boundary_distance_m"]
+    boundary = summary["boundary_distance_m"], summary["boundary_distance_at_capture_m"]
     required, wanted = summary["separation_required_m"], summary["clearance_wanted_m"]
     rows = [
         ("Outcome", escape(summary["outcome"] or UNKNOWN)),
@@ -30,7 +30,7 @@ def figures_table(summary: Summary) -> str:
             number(summary["min_separation_m"], 2, "m") + ("" if required is None else f" (required {required:.2f} m)"),
         ),
         ("Smallest distance to the evader", number(summary["min_target_distance_m"], 2, "m")),
-        ("Evader to boundary, smallest / at capture", pair(boundary["min"], boundary["at_capture"], 1, "m")),
+        ("Evader to boundary, smallest / at capture", pair(*boundary, 1, "m")),
         ("Mean jerk", number(summary["mean_jerk_m_s3"], 2, "m/s³")),
         ("Planner step, coarse, p50 / p99", percentiles(summary["decision_latency_ms"]["coarse"])),
         ("Planner step, fine, p50 / p99", percentiles(summary["decision_latency_ms"]["fine"])),

@@ -60,6 +60,14 @@ class Control(Strict):
     """Below this distance the vehicle looks at the target instead of along its course; 0 switches it off."""
 
 
+def check_endpoint(endpoint: str) -> None:
+    """ValueError unless `endpoint` reads PROTOCOL/HOST:PORT."""
+    protocol, _, address = endpoint.partition("/")
+    host, _, port = address.rpartition(":")
+    if protocol not in ("udp", "tcp", "tls", "quic") or not host or not port.isdigit():
+        raise ValueError(f"'{endpoint}' is not an endpoint; write udp/HOST:PORT or tcp/HOST:PORT")
+
+
 class Network(Strict):
     """Zenoh endpoints, explicit: no multicast."""
 
@@ -71,9 +79,7 @@ class Network(Strict):
     @classmethod
     def _endpoints_name_protocol_and_port(cls, endpoints: tuple[str, ...]) -> tuple[str, ...]:
         for endpoint in endpoints:
-            protocol, _, address = endpoint.partition("/")
-            if protocol not in ("udp", "tcp", "tls", "quic") or not address.rpartition(":")[2].isdigit():
-                raise ValueError(f"'{endpoint}' is not an endpoint; write udp/HOST:PORT or tcp/HOST:PORT")
+            check_endpoint(endpoint)
         return endpoints
 
 

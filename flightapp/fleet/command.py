@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 
+from flightapp.config.profile import check_endpoint
 from flightapp.core.clock import SystemClock
 from flightapp.core.errors import InputError
 from flightapp.fleet.messages import COMMANDS, Acknowledgement
@@ -22,6 +23,11 @@ async def send_command(
         raise InputError(f"command '{action}': must be one of {', '.join(COMMANDS)}")
     if vehicle is not None and vehicle not in names:
         raise InputError(f"--vehicle {vehicle}: no vehicle of the mission is called so; known: {', '.join(names)}")
+    for endpoint in endpoints:
+        try:
+            check_endpoint(endpoint)
+        except ValueError as error:
+            raise InputError(f"--connect {error}") from None
     clock = SystemClock()
     asked = set(names if vehicle is None else [vehicle])
     session = await open_session([], endpoints)

@@ -46,6 +46,8 @@ from flightapp.vehicle.autopilot import Autopilot, Motion
 AIRBORNE = ("IN_AIR", "TAKING_OFF", "LANDING")
 ACTIVE_PHASES = ("ready", "pursue")
 HOVER_GAIN_1_S = 0.8
+AT_REST_M_S = 0.6
+"""Below this speed a braking vehicle chooses the place to hover at."""
 TEAM_FORGOTTEN_S = 10.0
 STATUS_PERIOD_S = 1.0
 TEAM_PERIOD_S = 0.1
@@ -99,6 +101,8 @@ class ControlLoop:
         self.failure: str | None = None
         self.setpoints_sent = 0
         self.ticks = 0
+        self.in_offboard = False
+        """Set once OFFBOARD was reported; setpoints end in the very tick that sees another mode."""
         self.held = False
         """True while an operator's hold replaces the planner."""
         self._wake = asyncio.Event()
@@ -149,18 +153,25 @@ class ControlLoop:
                     self._rooms.journal.event("error", "control_loop", self.failure)
 
     def hover_here(self) -> None:
-        """From now on stay at the present position and mission height."""
+        """From now on brake, then stay where the vehicle came to rest, at mission height."""
         motion = self._rooms.autopilot.motion()
-        self._hover_at = None if motion is None else motion.state.position_ned_m.copy()
+        self._hover_at = None
         self._yaw_rad = self._yaw_rad if motion is None else motion.state.yaw_rad
-        self._previous = None
         self.guidance = Guidance.HOVER
+
+    @property
+    def is_hovering(self) -> bool:
+        """True once a hover has come to rest."""
+        return self.guidance is Guidance.HOVER and self._hover_at is not None
 
     def tick(self, now_s: float) -> None:
         """One control period."""
         rooms = self._rooms
         self.ticks += 1
         status = rooms.autopilot.status()
+        if self.in_offboard and status.flight_mode != "OFFBOARD":
+            self.in_offboard = False
+            self.guidance = Guidance.NONE  # One more setpoint would restart MAVSDK's own stream against the pilot.
         rooms.heartbeat.beat(active=self.guidance is not Guidance.NONE or status.armed)
         rooms.team.poll(now_s)
         rooms.team.take_commands(now_s, self._on_command)
@@ -242,6 +253,8 @@ class ControlLoop:
 
     def _hover(self, own: VehicleState) -> Setpoint:
         if self._hover_at is None:
+            if math.hypot(own.velocity_ned_m_s[0], own.velocity_ned_m_s[1]) > AT_REST_M_S:
+                return Setpoint(np.array([0.0, 0.0, self._climb(own)]), self._yaw_rad)
             self._hover_at = own.position_ned_m.copy()
         velocity = HOVER_GAIN_1_S * (self._hover_at - own.position_ned_m)
         speed = math.hypot(velocity[0], velocity[1])

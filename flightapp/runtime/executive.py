@@ -25,8 +25,10 @@ MODE_TIMEOUT_S = 5.0
 SETPOINTS_BEFORE_OFFBOARD = 15
 """PX4 accepts OFFBOARD only on a running stream (> 2 Hz for more than half a second)."""
 RETURN_TIMEOUT_S = 240.0
+BRAKE_TIMEOUT_S = 4.0
 RETRY_PERIOD_S = 1.0
 GIVE_UP_LANDING_S = 20.0
+LINK_GIVE_UP_S = 30.0
 BATTERY_MIN_FRACTION = 0.2
 PILOT_MODES = ("MANUAL", "ALTCTL", "POSCTL", "ACRO", "STABILIZED", "RATTITUDE")
 HEIGHT_REACHED_FRACTION = 0.9
@@ -64,6 +66,7 @@ class Executive:
         self._in_offboard = False
         self._pursuing = False
         self._failure_handled = False
+        self._link_lost = False
 
     def attach(self, loop: ControlLoop) -> None:
         self._loop = loop
@@ -155,7 +158,7 @@ class Executive:
         await self._until(lambda: self._loop.setpoints_sent >= streaming, MODE_TIMEOUT_S, "no setpoints were sent")
         await rooms.autopilot.start_offboard()
         await self._until(lambda: rooms.autopilot.status().flight_mode == "OFFBOARD", MODE_TIMEOUT_S, "OFFBOARD was not reported")
-        self._in_offboard = True
+        self._in_offboard = self._loop.in_offboard = True
 
     async def _wait_for_team(self) -> None:
         rooms = self._rooms
@@ -216,11 +219,11 @@ class Executive:
         if action is Next.RELEASE:
             loop.guidance = Guidance.NONE
             self._enter("released", reason)
-            await self._until(lambda: not rooms.autopilot.status().armed, math.inf, "")
+            await self._watch_until_disarmed()
             return
         self._enter(action.value, reason)
-        if loop.guidance is Guidance.PLANNER:
-            loop.hover_here()
+        if loop.guidance is not Guidance.NONE:
+            await self._brake()
         command = rooms.autopilot.return_to_launch if action is Next.RETURN else rooms.autopilot.land
         modes = ("RETURN_TO_LAUNCH", "LAND") if action is Next.RETURN else ("LAND",)
         await self._insist(command, modes)
@@ -230,6 +233,22 @@ class Executive:
             RETURN_TIMEOUT_S,
             f"not on the ground {RETURN_TIMEOUT_S:g} s after '{action.value}'",
         )
+
+    async def _watch_until_disarmed(self) -> None:
+        """Somebody else flies: record until the vehicle is disarmed, or the link has been dead for long."""
+        rooms = self._rooms
+        while rooms.autopilot.status().armed:
+            silent_s = rooms.clock.now_s() - rooms.autopilot.status().heartbeat_s
+            if silent_s > LINK_GIVE_UP_S:
+                raise FlightError(f"no heartbeat of the autopilot for {LINK_GIVE_UP_S:g} s after the app gave up control")
+            await self._tick()
+
+    async def _brake(self) -> None:
+        """Come to rest under the guards before the autopilot takes over: its own modes do not know the obstacles."""
+        self._loop.hover_here()
+        give_up_s = self._rooms.clock.now_s() + BRAKE_TIMEOUT_S
+        while not self._loop.is_hovering and self._rooms.clock.now_s() < give_up_s:
+            await self._tick()
 
     async def _insist(self, command: Callable[[], Awaitable[None]], modes: tuple[str, ...]) -> None:
         """Repeat a mode command until the autopilot reports the mode; setpoints keep flowing meanwhile."""
@@ -273,6 +292,9 @@ class Executive:
         if self._in_offboard and status.flight_mode != "OFFBOARD":
             self._in_control = self._in_offboard = False
             raise InterruptedMission(Next.RELEASE, Outcome.ABORTED, f"{status.flight_mode}: the autopilot's failsafe has control")
+        if self._in_control and not status.connected and not self._link_lost:
+            self._link_lost = True
+            raise InterruptedMission(Next.LAND, Outcome.FAULT, "autopilot link lost: no heartbeat for 3 s")
         if self._in_offboard and not status.armed:
             raise InterruptedMission(Next.RELEASE, Outcome.FAULT, "disarmed in flight")
         if self._wanted is not None:

@@ -35,6 +35,7 @@ from flightapp.vehicle.pose_history import PoseHistory
 COMPANION_COMPONENT_ID = 191
 CONNECTION_LOST_S = 3.0
 COMMAND_TIMEOUT_S = 5.0
+VERSION_TIMEOUT_S = 3.0
 
 
 class Px4:
@@ -80,7 +81,7 @@ class Px4:
         self._subscribe()
         await self._set_rates()
         self._request_origin()
-        return await asyncio.to_thread(self._describe, system)
+        return await self._describe(system)
 
     def motion(self) -> Motion | None:
         return self._motion
@@ -184,13 +185,20 @@ class Px4:
 
         self._telemetry.get_gps_global_origin_async(take)
 
-    def _describe(self, system: Any) -> str:
-        try:
-            version = Info(system).get_version()
-        except mavsdk.MavsdkError as error:
-            return f"system {self._system_id}, version unknown ({error})"
-        number = f"{version.flight_sw_major}.{version.flight_sw_minor}.{version.flight_sw_patch}"
-        return f"system {self._system_id}, autopilot {number}"
+    async def _describe(self, system: Any) -> str:
+        """What the autopilot says of itself; MAVSDK asks for it by itself and has it a moment after discovery."""
+        info = Info(system)
+        deadline = self._clock.now_s() + VERSION_TIMEOUT_S
+        while True:
+            try:
+                version = info.get_version()
+            except mavsdk.MavsdkError as error:
+                if self._clock.now_s() > deadline:
+                    return f"system {self._system_id}, version unknown ({error})"
+                await asyncio.sleep(0.1)
+                continue
+            number = f"{version.flight_sw_major}.{version.flight_sw_minor}.{version.flight_sw_patch}"
+            return f"system {self._system_id}, autopilot {number}"
 
     async def _command(self, what: str, start: Callable[[Callable[..., object]], None]) -> None:
         """Start one MAVSDK command and wait for its acknowledgement without blocking the loop."""

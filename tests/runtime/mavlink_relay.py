@@ -8,6 +8,9 @@ import threading
 import time
 
 HEARTBEAT = 0
+COMMAND_LONG = 76
+MODE_COMMANDS = (20, 21, 22, 176)
+"""RETURN_TO_LAUNCH, LAND, TAKEOFF, DO_SET_MODE."""
 SET_POSITION_TARGET_LOCAL_NED = 84
 AUTOPILOT_COMPONENT = 1
 
@@ -28,6 +31,8 @@ class MavlinkRelay(threading.Thread):
         self._stopping = False
         self.setpoints_s: list[float] = []
         """Monotonic times of setpoints on their way to the autopilot."""
+        self.mode_commands_s: list[float] = []
+        """Monotonic times of commands that ask the autopilot for another mode."""
         self.modes: list[tuple[float, int]] = []
         """(monotonic time, custom_mode >> 16) at each change; main mode in the low byte, sub mode in the next."""
 
@@ -60,8 +65,11 @@ class MavlinkRelay(threading.Thread):
         return self.modes[-1][1] if self.modes else None
 
     def _note_to_mock(self, data: bytes) -> None:
-        if any(number == SET_POSITION_TARGET_LOCAL_NED for number, _, _ in _messages(data)):
-            self.setpoints_s.append(time.monotonic())
+        for number, _, payload in _messages(data):
+            if number == SET_POSITION_TARGET_LOCAL_NED:
+                self.setpoints_s.append(time.monotonic())
+            elif number == COMMAND_LONG and int.from_bytes(payload[28:30].ljust(2, b"\0"), "little") in MODE_COMMANDS:
+                self.mode_commands_s.append(time.monotonic())
 
     def _note_from_mock(self, data: bytes) -> None:
         for number, component, payload in _messages(data):
