@@ -155,7 +155,8 @@ class Navigator:
             if self._hold_ned_m is not None:
                 self._hold_ned_m = (self._hold_ned_m[0], self._hold_ned_m[1], self._return_down_m)
                 return self._hold(dt_s, estimate)
-            return self._hold(dt_s, estimate, down_m_s=-float(self._parameters["MPC_Z_V_AUTO_UP"]))
+            climb = float(self._parameters["MPC_Z_P"]) * (self._return_down_m - down)
+            return self._hold(dt_s, estimate, down_m_s=max(climb, -float(self._parameters["MPC_Z_V_AUTO_UP"])))
         if self._rtl_phase == "fly":
             if away > _ARRIVED_M:
                 self._yaw_rad = math.atan2(home[1] - east, home[0] - north)
@@ -183,7 +184,9 @@ class Navigator:
             wanted = (wanted[0], wanted[1], down_m_s)
         cruise = float(parameters["MPC_XY_CRUISE"]) if self.cruise_speed_m_s is None else self.cruise_speed_m_s
         wanted = self._limited(wanted, cruise)
-        self._ramp = _towards(self._ramp, wanted, float(parameters["MPC_ACC_HOR"]) * dt_s)
+        upwards = wanted[2] < self._ramp[2]
+        vertical = float(parameters["MPC_ACC_UP_MAX" if upwards else "MPC_ACC_DOWN_MAX"])
+        self._ramp = _towards(self._ramp, wanted, float(parameters["MPC_ACC_HOR"]) * dt_s, vertical * dt_s)
         return Command(self._ramp, yaw_rad=self._yaw_rad_limited(estimate))
 
     def _latch(self, estimate: Estimate) -> None:
@@ -225,13 +228,13 @@ class Navigator:
         return (north, east, min(max(down, -up_max), down_max))
 
 
-def _towards(current: Vector, wanted: Vector, step: float) -> Vector:
-    change = (wanted[0] - current[0], wanted[1] - current[1], wanted[2] - current[2])
-    size = math.sqrt(change[0] * change[0] + change[1] * change[1] + change[2] * change[2])
-    if size <= step:
-        return wanted
-    scale = step / size
-    return (current[0] + scale * change[0], current[1] + scale * change[1], current[2] + scale * change[2])
+def _towards(current: Vector, wanted: Vector, horizontal_step: float, vertical_step: float) -> Vector:
+    """`current` on its way to `wanted`, by at most a step in the plane and another in height."""
+    north, east = wanted[0] - current[0], wanted[1] - current[1]
+    size = math.hypot(north, east)
+    scale = 1.0 if size <= horizontal_step else horizontal_step / size
+    down = min(max(wanted[2] - current[2], -vertical_step), vertical_step)
+    return (current[0] + scale * north, current[1] + scale * east, current[2] + down)
 
 
 def _rotate(vector: Vector, yaw_rad: float) -> Vector:

@@ -65,6 +65,19 @@ def test_return_comes_home_and_lands() -> None:
     assert math.dist(mock.core.vehicle.position_ned_m[:2], start[:2]) < 0.3
 
 
+def test_return_climbs_to_its_height_and_not_beyond() -> None:
+    mock = hovering(parameters={"RTL_RETURN_ALT": 10.0, "RTL_DESCEND_ALT": 5.0})
+    mock.fly_offboard(5.0, 0.0)
+    mock.run(6.0)
+    mock.stream = None
+    assert mock.mode(Mode.RTL) == ACCEPTED
+    heights = []
+    while mock.core.armed:
+        mock.run(0.1)
+        heights.append(mock.core.navigator.home_ned_m[2] - mock.core.vehicle.position_ned_m[2])
+    assert 9.0 < max(heights) < 10.7
+
+
 def test_disarming_in_the_air_is_denied_unless_forced() -> None:
     mock = hovering()
     assert mock.disarm() == DENIED
