@@ -14,6 +14,7 @@ from pathlib import Path
 _SEQUENCE = struct.Struct("<Q")
 _STATE = struct.Struct("<q9d2?")
 _SIZE = 128
+_ATTEMPTS = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,24 +63,29 @@ class TruthWriter:
 
 
 class TruthReader:
-    """Reads the newest state; None until the writer has written one."""
+    """Reads the newest state; None until the writer has written one.
+
+    Where the writer was interrupted in the middle of a write, the last good state is returned again.
+    """
 
     def __init__(self, path: Path) -> None:
         with path.open("rb") as file:
             self._map = mmap.mmap(file.fileno(), _SIZE, access=mmap.ACCESS_READ)
+        self._last: Truth | None = None
 
     def read(self) -> Truth | None:
-        for _ in range(100):
+        for _ in range(_ATTEMPTS):
             (before,) = _SEQUENCE.unpack_from(self._map, 0)
             values = _STATE.unpack_from(self._map, 8)
             (after,) = _SEQUENCE.unpack_from(self._map, 0)
             if before == after and before % 2 == 0:
                 break
         else:
-            return None
+            return self._last
         if before == 0:
             return None
-        return Truth(values[0], values[1:4], values[4:7], values[7], values[8], values[9], values[10], values[11])
+        self._last = Truth(values[0], values[1:4], values[4:7], values[7], values[8], values[9], values[10], values[11])
+        return self._last
 
     def close(self) -> None:
         self._map.close()
