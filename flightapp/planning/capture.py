@@ -7,13 +7,11 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
-import numpy as np
 from pydantic import Field
 
 from flightapp.core.angles import TWO_PI
-from flightapp.core.clearance import closest_approach_m
 from flightapp.planning.parameters import StrategyParameters
-from flightapp.planning.plane import Point
+from flightapp.planning.plane import Point, nearest_on_segment
 
 
 class CaptureRule(StrategyParameters):
@@ -45,9 +43,9 @@ class CaptureRule(StrategyParameters):
 
 def closest_approach_between_m(own_before: Point, own: Point, evader_before: Point, evader: Point) -> float:
     """Smallest distance of two vehicles that moved along straight segments in the same time."""
-    start = np.array((own_before[0] - evader_before[0], own_before[1] - evader_before[1]))
-    end = np.array((own[0] - evader[0], own[1] - evader[1]))
-    return closest_approach_m(start, end)[0]
+    start = (own_before[0] - evader_before[0], own_before[1] - evader_before[1])
+    end = (own[0] - evader[0], own[1] - evader[1])
+    return math.hypot(*nearest_on_segment((0.0, 0.0), (start, end)))
 
 
 def encircled(evader: Point, pursuers: Sequence[Point], rule: CaptureRule) -> bool:

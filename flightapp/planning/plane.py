@@ -60,20 +60,6 @@ def nearest_on(point: Point, sides: Sequence[Segment]) -> Point:
     return min((nearest_on_segment(point, side) for side in sides), key=lambda found: math.dist(found, point))
 
 
-def distance_to(point: Point, sides: Sequence[Segment]) -> float:
-    """Distance of `point` from a polyline, m."""
-    return math.dist(point, nearest_on(point, sides))
-
-
-def inside(point: Point, sides: Sequence[Segment]) -> bool:
-    """Whether `point` lies inside the closed polygon of `sides`."""
-    crossings = 0
-    for (an, ae), (bn, be) in sides:
-        if (ae > point[1]) != (be > point[1]) and point[0] < (bn - an) * (point[1] - ae) / (be - ae) + an:
-            crossings += 1
-    return crossings % 2 == 1
-
-
 def crosses(start: Point, end: Point, sides: Sequence[Segment]) -> bool:
     """Whether the way `start` -> `end` passes through the polyline `sides`."""
     return any(

@@ -15,6 +15,7 @@ from flightapp.planning.ac2f import Ac2fParameters
 from flightapp.planning.ac2f.dynamic_window import DynamicWindow, Motion, adaptive_weights
 from flightapp.planning.ac2f.free_gap import widest_gap_bearing
 from flightapp.planning.ac2f.rollout import roll_out
+from flightapp.planning.ac2f.window import Window
 from tests.planning.closed_loop import limits
 
 PARAMETERS = Ac2fParameters()
@@ -171,21 +172,53 @@ def test_weights_swap_exactly() -> None:
     assert near["memory"] == -0.15
 
 
-def test_scores_are_normalised_over_the_admissible_or_raw() -> None:
-    scores = {"a": np.array((0.0, 5.0, 10.0, 99.0)), "b": np.array((1.0, 1.0, 1.0, 1.0))}
-    weights = {"a": 0.5, "b": 0.5}
-    chosen = np.array((0, 1, 2))
-    np.testing.assert_allclose(critics.weighted(scores, weights, chosen), (0.0, 0.25, 0.5))
-    np.testing.assert_allclose(critics.weighted(scores, weights, chosen, raw=True), (0.5, 3.0, 5.5))
+def weighted(scores: Array, weights: Array, admissible: Array, *, raw: bool) -> Array:
+    """Total score (k,) of the admissible candidates, in plain NumPy."""
+    chosen = scores[:, admissible]
+    if raw:
+        return np.asarray(weights @ chosen)
+    low, span = chosen.min(axis=1, keepdims=True), np.ptp(chosen, axis=1, keepdims=True)
+    return np.asarray(weights @ np.where(span > 1e-12, (chosen - low) / np.maximum(span, 1e-12), 0.0))
+
+
+@given(st.integers(0, 10_000), st.booleans())
+def test_the_best_score_is_normalised_over_the_admissible_or_raw(seed: int, raw: bool) -> None:
+    random = np.random.default_rng(seed)
+    scores, weights = random.normal(0.0, 5.0, (4, 60)), random.uniform(-1.0, 1.0, 4)
+    scores[random.integers(4)] = 1.0
+    weights[random.integers(4)] = 0.0
+    admissible = np.sort(random.choice(60, random.integers(1, 60), replace=False))
+    total = weighted(scores, weights, admissible, raw=raw)
+    found = critics.best(scores, weights.tolist(), admissible, raw=raw)
+    assert total[np.flatnonzero(admissible == found)[0]] == pytest.approx(total.max(), abs=1e-9)
+
+
+def test_of_equal_scores_the_first_is_best() -> None:
+    assert critics.best(np.ones((2, 5)), [0.5, 0.5], np.array((2, 3, 4))) == 2
 
 
 def test_memory_and_heading_against_plain_numpy() -> None:
     random = np.random.default_rng(3)
+    everything = np.arange(9)
     paths, history = random.normal(0.0, 1.0, (9, 4, 2)), random.normal(0.0, 1.0, (5, 2))
     distance2 = ((paths[:, :, None, :] - history[None, None, :, :]) ** 2).sum(axis=3)
     expected = np.where(distance2 < 2.25, np.exp(-distance2 / 0.5), 0.0).sum(axis=(1, 2))
-    np.testing.assert_allclose(critics.memory(paths, 4, history, 0.5, np.arange(9)), expected)
+    out = np.zeros(9)
+    critics.memory(paths, 4, history, 0.5, everything, out)
+    np.testing.assert_allclose(out, expected)
     ends = random.normal(0.0, 3.0, (9, 3))
     sight = np.arctan2(2.0 - ends[:, 1], 1.0 - ends[:, 0])
     turn = np.abs((ends[:, 2] - sight + np.pi) % (2 * np.pi) - np.pi)
-    np.testing.assert_allclose(critics.heading(ends, (1.0, 2.0)), np.pi - turn)
+    critics.heading(ends, (1.0, 2.0), everything, out)
+    np.testing.assert_allclose(out, np.pi - turn)
+
+
+def test_the_window_is_a_plain_grid() -> None:
+    vehicle = limits()
+    window = Window(vehicle, 0.1, 21, 21)
+    window.sample(4.8, 0.5, 5.0)
+    speeds = np.repeat(np.linspace(4.3, 5.0, 21), 21)
+    sideways = vehicle.acceleration_max_m_s2 / speeds
+    turns = np.clip(np.tile(np.linspace(-0.7, 1.7, 21), 21), -sideways, sideways)
+    np.testing.assert_allclose(window.speeds, speeds, atol=1e-12)
+    np.testing.assert_allclose(window.turns, turns, atol=1e-12)

@@ -13,9 +13,11 @@ from flightapp.planning import critics
 from flightapp.planning.ac2f.free_gap import widest_gap_bearing
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.rollout import ADMISSIBLE, BRAKING, COLLISION, roll_out
+from flightapp.planning.ac2f.window import Window
 from flightapp.planning.plane import Point
 
 STANDING_M_S = 0.1
+TERMS = ("heading", "clearance", "velocity", "memory")
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,25 +60,13 @@ class DynamicWindow:
         self._limits = limits
         samples = parameters.speed_samples * parameters.turn_samples
         longest = max(parameters.horizon_s, parameters.horizon_terminal_s)
+        self._window = Window(limits, parameters.control_period_s, parameters.speed_samples, parameters.turn_samples)
+        self._start = np.zeros(3)
+        self._scores = np.zeros((len(TERMS), samples))
         self._paths = np.zeros((samples, self._steps(longest), 2))
         self._ends = np.zeros((samples, 3))
         self._clearances = np.zeros(samples)
         self._verdicts = np.zeros(samples, dtype=np.int64)
-
-    def window(self, motion: Motion, speed_limit_m_s: float) -> tuple[Array, Array]:
-        """Speeds and turn rates (n,) of all samples: the dynamic window within the limits, slowed down to `speed_limit_m_s`."""
-        limits, period_s = self._limits, self._parameters.control_period_s
-        reach = limits.acceleration_max_m_s2 * period_s
-        low = min(max(0.0, motion.speed_m_s - reach), limits.speed_max_m_s)
-        high = min(motion.speed_m_s + reach, limits.speed_max_m_s)
-        high = min(high, max(low, speed_limit_m_s))
-        turn_reach = limits.yaw_acceleration_max_rad_s2 * period_s
-        turn_low = max(-limits.yaw_rate_max_rad_s, motion.turn_rad_s - turn_reach)
-        turn_high = min(limits.yaw_rate_max_rad_s, motion.turn_rad_s + turn_reach)
-        speeds = np.repeat(np.linspace(low, high, self._parameters.speed_samples), self._parameters.turn_samples)
-        turns = np.tile(np.linspace(turn_low, turn_high, self._parameters.turn_samples), self._parameters.speed_samples)
-        sideways = limits.acceleration_max_m_s2 / np.maximum(speeds, 1e-6)
-        return speeds, np.clip(turns, -sideways, sideways)
 
     def choose(
         self,
@@ -91,36 +81,37 @@ class DynamicWindow:
     ) -> Choice:
         """The arc to fly towards `aim` (m) through `scene` (m, 6) past `history` (h, 2)."""
         parameters = self._parameters
-        speeds, turns = self.window(motion, speed_limit_m_s)
+        window = self._window
+        window.sample(motion.speed_m_s, motion.turn_rad_s, speed_limit_m_s)
         steps = self._steps(parameters.horizon_terminal_s if near else parameters.horizon_s)
-        self._roll_out(motion, speeds, turns, scene, steps)
+        self._roll_out(motion, scene, steps)
         admissible = np.flatnonzero(self._verdicts == ADMISSIBLE)
         if len(admissible) == 0:
             return self._without_admissible(motion, scene)
         weights = adaptive_weights(parameters, near, memory_weight)
-        scores = {
-            "heading": critics.heading(self._ends, aim),
-            "clearance": critics.clearance(self._clearances, parameters.clearance_saturation_m),
-            "velocity": critics.velocity(speeds),
-        }
+        heading, clearance, velocity, memory = self._scores
+        critics.heading(self._ends, aim, admissible, heading)
+        critics.clearance(self._clearances, parameters.clearance_saturation_m, clearance)
+        critics.velocity(window.speeds, velocity)
         if memory_weight != 0.0:
-            scores["memory"] = critics.memory(self._paths, steps, history, parameters.memory_scale_m, admissible)
-        total = critics.weighted(scores, weights, admissible, raw=parameters.raw_scores)
-        best = int(admissible[int(total.argmax())])
-        summary = {name: float(score[best]) for name, score in scores.items()}
-        return Choice(float(speeds[best]), float(turns[best]), best={**summary, "weights": weights})
+            critics.memory(self._paths, steps, history, parameters.memory_scale_m, admissible, memory)
+        best = critics.best(self._scores, [weights[name] for name in TERMS], admissible, raw=parameters.raw_scores)
+        found: dict[str, object] = {name: float(score[best]) for name, score in zip(TERMS, self._scores, strict=True)}
+        if memory_weight == 0.0:
+            del found["memory"]
+        return Choice(float(window.speeds[best]), float(window.turns[best]), best={**found, "weights": weights})
 
     def _steps(self, horizon_s: float) -> int:
         return max(1, round(horizon_s / self._parameters.control_period_s))
 
-    def _roll_out(self, motion: Motion, speeds: Array, turns: Array, scene: Array, steps: int) -> None:
+    def _roll_out(self, motion: Motion, scene: Array, steps: int) -> None:
         parameters = self._parameters
-        start = np.array((motion.position[0], motion.position[1], motion.course_rad))
+        self._start[:] = (*motion.position, motion.course_rad)
         roll_out(
-            start,
-            speeds,
-            turns,
-            np.ascontiguousarray(scene),
+            self._start,
+            self._window.speeds,
+            self._window.turns,
+            scene,
             parameters.control_period_s,
             steps,
             parameters.clearance_saturation_m,

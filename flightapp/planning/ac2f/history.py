@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flightapp.core.types import Array
+from flightapp.planning.compiled import compiled
 from flightapp.planning.plane import Point
 
 
@@ -43,5 +44,20 @@ class History:
         """Trace of the covariance of the last `samples` positions; None until there are so many."""
         if self._count < samples:
             return None
-        recent = self._points[self._count - samples : self._count]
-        return float(((recent - recent.mean(axis=0)) ** 2).sum()) / samples
+        return _variance_m2(self._points[self._count - samples : self._count])
+
+
+@compiled("f8(f8[:,::1])")
+def _variance_m2(points: Array) -> float:
+    north = 0.0
+    east = 0.0
+    for i in range(points.shape[0]):
+        north += points[i, 0]
+        east += points[i, 1]
+    north /= points.shape[0]
+    east /= points.shape[0]
+    total: float = 0.0
+    for i in range(points.shape[0]):
+        total += (points[i, 0] - north) ** 2 + (points[i, 1] - east) ** 2
+    variance: float = total / points.shape[0]
+    return variance

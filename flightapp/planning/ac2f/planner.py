@@ -11,6 +11,7 @@ import numpy as np
 from flightapp.core.angles import wrap_pi
 from flightapp.core.types import Array, Decision, Limits, Observation
 from flightapp.planning.ac2f.dynamic_window import Choice, DynamicWindow, Motion, command_of
+from flightapp.planning.ac2f.edge import NO_EDGE, Edge
 from flightapp.planning.ac2f.history import History
 from flightapp.planning.ac2f.looking import nose_bearing, seen_velocity
 from flightapp.planning.ac2f.parameters import Ac2fParameters
@@ -20,7 +21,7 @@ from flightapp.planning.ac2f.scene import Mover, build_scene, depth_m, scene_cle
 from flightapp.planning.ac2f.stage import Facts, Stage, next_stage
 from flightapp.planning.ac2f.surroundings import Target, Trail, target_now, teammate_now
 from flightapp.planning.capture import Dwell, closest_approach_between_m, encircled
-from flightapp.planning.plane import Point, crosses, limited, planar, segments, towards, unit
+from flightapp.planning.plane import Point, crosses, limited, planar, towards, unit
 
 AIM_M = 3.0
 STANDING_M_S = 0.3
@@ -91,11 +92,14 @@ class Ac2fPlanner:
         self._yaw_rad: float | None = None
         self._before: tuple[Point, Point] | None = None
         self._last_seen: tuple[float, Point] | None = None
+        self._edge = NO_EDGE
 
     def step(self, observation: Observation) -> Decision:
         """One decision; see the class."""
+        if self._edge.boundary is not observation.boundary:
+            self._edge = Edge.of(observation.boundary)
         view = self._view(observation)
-        closest_m = self._closest_m(view, observation)
+        closest_m = self._closest_m(view)
         surrounded = self._encircled(view, closest_m)
         self._dwell.update(view.t_s, surrounded)
         reason = self._change_stage(view, closest_m)
@@ -115,8 +119,9 @@ class Ac2fPlanner:
         ahead = (own[0] + lag * (velocity[0] - base[0]), own[1] + lag * (velocity[1] - base[1]))
         fresh = [member for member in observation.team if member.age_s <= parameters.team_stale_s]
         team = tuple(teammate_now(member) for member in fresh)
+        stale = [teammate_now(member)[0] for member in observation.team if member.age_s > parameters.team_stale_s]
         target = None if observation.target is None else target_now(observation.target, observation.t_s)
-        self._trail.update(observation)
+        others = [*(place for place, _ in team), *stale, *(() if target is None else (target.position,))]
         movers = self._movers(team, target)
         scene = build_scene(
             observation.obstacles.discs,
@@ -125,7 +130,7 @@ class Ac2fPlanner:
             self._inflation_m,
             parameters.obstacle_range_m,
             movers,
-            self._trail.places(observation),
+            self._trail.places(observation.t_s, others),
             parameters.vehicle_disc_m,
             parameters.vehicle_radius_max_m,
         )
@@ -141,7 +146,7 @@ class Ac2fPlanner:
             movers.append(Mover(target.position, target.velocity, keep_out))
         return movers
 
-    def _closest_m(self, view: _View, observation: Observation) -> float:
+    def _closest_m(self, view: _View) -> float:
         """Closest approach to the evader since the last step; keeps track of the evader and of its crossing."""
         if view.target is None:
             self._before = None
@@ -150,8 +155,7 @@ class Ac2fPlanner:
         closest = math.dist(view.own, evader)
         if self._before is not None:
             closest = closest_approach_between_m(self._before[0], view.own, self._before[1], evader)
-            sides = segments(observation.boundary)
-            self._boundary_lost = self._boundary_lost or crosses(self._before[1], evader, sides)
+            self._boundary_lost = self._boundary_lost or crosses(self._before[1], evader, self._edge.sides)
         self._before = (view.own, evader)
         return closest
 
@@ -218,7 +222,7 @@ class Ac2fPlanner:
             [member.eta_s for member in observation.team if member.eta_s is not None],
             view.target,
             view.obstacles,
-            segments(observation.boundary),
+            self._edge.rows,
             closed=observation.boundary.closed,
             boundary_lost=self._boundary_lost,
         )
@@ -328,7 +332,7 @@ class Ac2fPlanner:
             "contested": None,
             "game_point": None,
             "circles": [],
-            "clearance_m": scene_clearance_m(view.scene, view.own, saturation),
+            "clearance_m": scene_clearance_m(view.scene, *view.own, saturation),
             "encircled": surrounded,
             "captured": self._dwell.done,
             "memory_weight": 0.0 if self._trapped_at is None else self._parameters.memory_weight,
@@ -338,7 +342,7 @@ class Ac2fPlanner:
             known["eta_s"] = intent.eta_s
             known["contested"] = game.contested and not self._boundary_lost
             known["game_point"] = list(game.point)
-            known["circles"] = [[*region.centre, region.radius_m] for region in game.regions if region.kind != "half-plane"]
+            known["circles"] = game.circles()
         return known
 
 

@@ -14,7 +14,7 @@ from flightapp.planning.ac2f.braking import braking_speed_m_s
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.slots import slack_rad, slot_bearings
 from flightapp.planning.ac2f.surroundings import Target
-from flightapp.planning.plane import Point, Segment, towards
+from flightapp.planning.plane import Point, planar, towards
 
 SLOT_LOOK_AHEAD_S = 0.3
 
@@ -43,12 +43,15 @@ class Pursuit:
         team_eta_s: Sequence[float],
         target: Target,
         obstacles: Array,
-        sides: Sequence[Segment],
+        sides: Array,
         *,
         closed: bool,
         boundary_lost: bool,
     ) -> Intent:
-        """The intent against `target`; `obstacles` (m, 6) only keep the slot free, `boundary_lost` chases the evader itself."""
+        """The intent against `target`.
+
+        obstacles: (m, 6), only to keep the slot free. sides: (s, 4) m. `boundary_lost` chases the evader itself.
+        """
         parameters = self.parameters
         pursuers = (own, *team)
         game = self._game(pursuers, target, sides, closed)
@@ -94,7 +97,7 @@ class Pursuit:
         parameters = self.parameters
         return Profile(parameters.slot_gain_per_s, self._deceleration_m_s2, parameters.reaction_s, self.limits.speed_max_m_s)
 
-    def _game(self, pursuers: Sequence[Point], target: Target, sides: Sequence[Segment], closed: bool) -> Game:
+    def _game(self, pursuers: Sequence[Point], target: Target, sides: Array, closed: bool) -> Game:
         evader_speed = max(self.parameters.evader_speed_assumed_m_s, math.hypot(*target.velocity))
         ratios = (self.limits.speed_max_m_s / evader_speed,) * len(pursuers)
         return solve(pursuers, target.position, ratios, sides, closed=closed, goal_spacing_m=self.parameters.goal_spacing_m)
@@ -117,9 +120,9 @@ class Pursuit:
         parameters = self.parameters
         time_s = intercept_time_s(own, place, target.velocity, self.limits.speed_max_m_s)
         if time_s is None:
-            return target.position if boundary_lost else game.goals[0]
+            return target.position if boundary_lost else planar(game.goals[0])
         lead = (place[0] + time_s * target.velocity[0], place[1] + time_s * target.velocity[1])
         far = (distance_m - parameters.slot_range_m) / (parameters.lead_range_m - parameters.slot_range_m)
         share = 0.0 if boundary_lost else min(1.0, max(0.0, far))
-        goal = game.goals[0]
+        goal = planar(game.goals[0])
         return lead[0] + share * (goal[0] - lead[0]), lead[1] + share * (goal[1] - lead[1])

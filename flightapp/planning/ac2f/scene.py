@@ -103,11 +103,13 @@ def build_scene(
     return out[:count]
 
 
-def scene_clearance_m(scene: Array, own: Point, saturation_m: float) -> float:
-    """Distance of `own` (m) to the nearest inflated edge of `scene`, at most `saturation_m`."""
-    if len(scene) == 0:
-        return saturation_m
-    return min(saturation_m, float((np.hypot(scene[:, 0] - own[0], scene[:, 1] - own[1]) - scene[:, 2]).min()))
+@compiled("f8(f8[:,::1],f8,f8,f8)")
+def scene_clearance_m(scene: Array, north: float, east: float, saturation_m: float) -> float:
+    """Distance of (north, east) to the nearest inflated edge of `scene` (m, 6), at most `saturation_m`."""
+    nearest = saturation_m
+    for i in range(scene.shape[0]):
+        nearest = min(nearest, math.hypot(scene[i, 0] - north, scene[i, 1] - east) - scene[i, 2])
+    return nearest
 
 
 def depth_m(scene: Array) -> float:

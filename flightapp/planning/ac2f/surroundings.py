@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from flightapp.core.types import Array, Observation, TargetTrack, TeamMember
+from flightapp.core.types import Array, TargetTrack, TeamMember
 from flightapp.planning.plane import Point, planar
 
 PREDICTION_MAX_S = 1.0
@@ -35,34 +37,39 @@ def teammate_now(member: TeamMember) -> tuple[Point, Point]:
 
 
 class Trail:
-    """Places of the evader and the teammates over the last seconds, to tell sightings of them from obstacles."""
+    """Rows north, east (m) of where the others were in the last `duration_s`, one sample every `period_s`."""
 
     def __init__(self, duration_s: float, period_s: float) -> None:
         self._duration_s = duration_s
         self._period_s = period_s
-        self._next_s = -np.inf
-        self._places: list[tuple[float, Point]] = []
+        self._next_s = -math.inf
+        self._since_s: list[float] = []
+        self._rows = np.zeros((64, 2))
 
-    def update(self, observation: Observation) -> None:
-        t_s = observation.t_s
-        if t_s < self._next_s - 1e-9:
-            return
-        self._next_s = t_s + self._period_s
-        self._places = [(since, place) for since, place in self._places if t_s - since <= self._duration_s]
-        self._places.extend((t_s, place) for place in _others(observation))
+    def places(self, t_s: float, present: Sequence[Point]) -> Array:
+        """(k, 2) m, valid until the next call: the trail and the places `present` at `t_s`, which join it when one is due."""
+        if t_s >= self._next_s - 1e-9:
+            self._next_s = t_s + self._period_s
+            self._forget(t_s)
+            self._write(present)
+            self._since_s.extend([t_s] * len(present))
+        self._write(present)
+        return self._rows[: len(self._since_s) + len(present)]
 
-    def places(self, observation: Observation) -> Array:
-        """(k, 2) m: the trail and the present places."""
-        points = [place for _, place in self._places]
-        points.extend(_others(observation))
-        return np.array(points, dtype=np.float64).reshape(-1, 2)
+    def _forget(self, t_s: float) -> None:
+        count = len(self._since_s)
+        old = sum(t_s - since > self._duration_s for since in self._since_s)
+        if old:
+            self._rows[: count - old] = self._rows[old:count]
+            del self._since_s[:old]
 
-
-def _others(observation: Observation) -> list[Point]:
-    places = [teammate_now(member)[0] for member in observation.team]
-    if observation.target is not None:
-        places.append(target_now(observation.target, observation.t_s).position)
-    return places
+    def _write(self, present: Sequence[Point]) -> None:
+        """Put `present` behind the trail."""
+        end = len(self._since_s) + len(present)
+        if end > len(self._rows):
+            self._rows = np.concatenate((self._rows, np.zeros((end, 2))))
+        for row, place in enumerate(present, len(self._since_s)):
+            self._rows[row] = place
 
 
 def _moved(position: Point, velocity: Point, time_s: float) -> Point:

@@ -3,7 +3,7 @@
 from flightapp.planning.critics.clearance import clearance
 from flightapp.planning.critics.heading import heading
 from flightapp.planning.critics.memory import memory
-from flightapp.planning.critics.scoring import weighted
+from flightapp.planning.critics.scoring import best
 from flightapp.planning.critics.velocity import velocity
 
-__all__ = ["clearance", "heading", "memory", "velocity", "weighted"]
+__all__ = ["best", "clearance", "heading", "memory", "velocity"]

@@ -7,6 +7,6 @@ import numpy as np
 from flightapp.core.types import Array
 
 
-def clearance(clearances_m: Array, saturation_m: float) -> Array:
-    """min(clearance, saturation) in m, (n,); clearances_m (n,) over each candidate's whole way."""
-    return np.minimum(clearances_m, saturation_m)
+def clearance(clearances_m: Array, saturation_m: float, out: Array) -> None:
+    """Fill out (n,): min(clearance, saturation) in m; clearances_m (n,) over each candidate's whole way."""
+    np.minimum(clearances_m, saturation_m, out=out)

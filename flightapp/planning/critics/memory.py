@@ -27,12 +27,9 @@ def _memory(paths: Array, steps: int, history: Array, scale_m: float, which: NDA
         out[c] = total
 
 
-def memory(paths: Array, steps: int, history: Array, scale_m: float, which: NDArray[np.intp]) -> Array:
-    """Sum of exp(-d^2 / (2 scale^2)) over the first `steps` points of each path and the history, (n,); a penalty.
+def memory(paths: Array, steps: int, history: Array, scale_m: float, which: NDArray[np.intp], out: Array) -> None:
+    """Fill out (n,): sum of exp(-d^2 / (2 scale^2)) over the first `steps` points of each path and the history; a penalty.
 
-    paths (n, >=steps, 2) and history (h, 2) in m; the kernel is cut off at three scales. Candidates
-    other than the indices `which` score 0.
+    paths (n, >=steps, 2) and history (h, 2) in m, for the candidates `which`; the kernel is cut off at three scales.
     """
-    out = np.zeros(len(paths))
     _memory(paths, steps, history, scale_m, which, out)
-    return out
