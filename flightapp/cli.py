@@ -130,6 +130,7 @@ def report(
 def recover(
     file: Annotated[Path, typer.Argument(help="A recording that was cut off.")],
     output: Annotated[Path | None, typer.Option("--output", help="File to write; default FILE with -recovered.")] = None,
+    as_json: Json = False,
 ) -> None:
     """Make a normal recording from one that was cut off.
 
@@ -139,7 +140,10 @@ def recover(
 
     target = output or file.with_name(f"{file.stem}-recovered.mcap")
     found = recover_file(file, target)
-    print(f"{found.output}: {found.messages} messages over {found.span_s:.1f} s")
+    if as_json:
+        print(json.dumps({"file": str(found.output), "messages": found.messages, "span_s": found.span_s}))
+    else:
+        print(f"{found.output}: {found.messages} messages over {found.span_s:.1f} s")
 
 
 def main() -> None:

@@ -112,6 +112,7 @@ class ControlLoop:
         self._previous: Setpoint | None = None
         self._last_tick_s: float | None = None
         self._last_frame: int | None = None
+        self._camera_silent = False
         self._publish_due_s = -math.inf
         self._team_recorded_s = -math.inf
         self._status_recorded_s = -math.inf
@@ -151,6 +152,13 @@ class ControlLoop:
                 if self.failure is None:
                     self.failure = f"{type(error).__name__}: {error}"
                     self._rooms.journal.event("error", "control_loop", self.failure)
+                self._stop_moving()
+
+    def _stop_moving(self) -> None:
+        """Replace the setpoint that MAVSDK would go on repeating by standing still."""
+        if self.guidance is not Guidance.NONE:
+            with contextlib.suppress(Exception):
+                self._rooms.autopilot.send(Setpoint(np.zeros(3), self._yaw_rad))
 
     def hover_here(self) -> None:
         """From now on brake, then stay where the vehicle came to rest, at mission height."""
@@ -180,6 +188,7 @@ class ControlLoop:
         motion = rooms.autopilot.motion()
         self._update_target(now_s)
         new_frame = self._take_obstacles(now_s, motion)
+        self._note_camera(now_s)
         if motion is not None:
             rooms.journal.own(motion, now_s)
             own = _moved_to(motion.state, now_s)
@@ -296,6 +305,17 @@ class ControlLoop:
         self._obstacles = newest.obstacles
         self._rooms.journal.obstacles(newest, now_s)
         return True
+
+    def _note_camera(self, now_s: float) -> None:
+        """An event when depth frames stop coming, and when they come again; the guards act on the age itself."""
+        if self.perception is None or self._last_frame is None:
+            return
+        age_s = now_s - self._obstacles.t_s
+        silent = age_s > self._rooms.profile.safety.obstacles_age_max_s
+        if silent != self._camera_silent:
+            self._camera_silent = silent
+            text = f"no depth frame for {age_s:.1f} s" if silent else "depth frames come again"
+            self._rooms.journal.event("warning" if silent else "info", "camera", text)
 
     def _members(self, now_s: float, active_only: bool) -> tuple[TeamMember, ...]:
         """Teammates at `now_s`: pursuers that take part for the planner, every airborne vehicle but the target for safety."""

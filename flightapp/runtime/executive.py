@@ -212,6 +212,11 @@ class Executive:
                     outcome = Outcome.FAULT
                 action, reason = change.action, change.reason
                 self._rooms.journal.event("warning", "interrupted", reason, action=action.value)
+            except FlightError as error:
+                self._loop.outcome = Outcome.FAULT.value
+                self._rooms.journal.event("error", "fault", str(error))
+                self._enter("done", "the app cannot bring the vehicle down: the autopilot's failsafe must")
+                raise
 
     async def _execute(self, action: Next, outcome: Outcome, reason: str) -> None:
         rooms, loop = self._rooms, self._loop
@@ -222,7 +227,7 @@ class Executive:
             await self._watch_until_disarmed()
             return
         self._enter(action.value, reason)
-        if loop.guidance is not Guidance.NONE:
+        if loop.guidance is not Guidance.NONE and loop.failure is None:
             await self._brake()
         command = rooms.autopilot.return_to_launch if action is Next.RETURN else rooms.autopilot.land
         modes = ("RETURN_TO_LAUNCH", "LAND") if action is Next.RETURN else ("LAND",)

@@ -17,6 +17,7 @@ from flightapp.config.mission import load_mission
 from flightapp.config.profile import load_profile
 from flightapp.core.clock import SystemClock
 from flightapp.core.errors import FlightError, InputError
+from flightapp.core.parent_death import signal_on_parent_death
 from flightapp.estimation.target_filter import TargetFilter
 from flightapp.fleet.session import open_session
 from flightapp.fleet.team import Team
@@ -28,7 +29,6 @@ from flightapp.runtime.heartbeat import Heartbeat
 from flightapp.runtime.inputs import check_inputs
 from flightapp.runtime.journal import Journal
 from flightapp.runtime.outcome import Outcome
-from flightapp.runtime.parent_death import signal_on_parent_death
 from flightapp.safety.supervisor import make_supervisor
 from flightapp.vehicle.pose_history import PoseHistory
 from flightapp.vehicle.px4 import Px4
@@ -90,6 +90,7 @@ async def fly(mission_path: Path, profile_path: Path, name: str, run: Path, seed
             boundary=mission.boundary.as_boundary(),
             surveyed=surveyed_obstacles(mission),
         )
+        journal.event("info", "recording", str(recorder.path))
         try:
             journal.event("info", "autopilot", await autopilot.connect())
         except FlightError as error:

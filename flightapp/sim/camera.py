@@ -8,7 +8,6 @@ Reads the vehicle's true state at the camera's rate, renders what the camera see
 from __future__ import annotations
 
 import argparse
-import ctypes
 import math
 import signal
 import sys
@@ -26,6 +25,7 @@ from flightapp.config.mission import load_mission
 from flightapp.config.profile import Camera, load_profile
 from flightapp.core.clock import monotonic_ns
 from flightapp.core.errors import InputError
+from flightapp.core.parent_death import signal_on_parent_death
 from flightapp.core.types import Array
 from flightapp.sim.depth_renderer import DEPTH_UNIT_M, DepthRenderer
 from flightapp.sim.truth import Truth, TruthReader
@@ -37,7 +37,6 @@ from perception.types import Intrinsics, VehiclePose
 FaultKind = Literal["off", "stuck", "zero"]
 
 _FAULTS: tuple[FaultKind, ...] = ("off", "stuck", "zero")
-_PR_SET_PDEATHSIG = 1
 _TRUTH_TIMEOUT_S = 30.0
 _POLL_S = 0.02
 
@@ -123,7 +122,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run until SIGTERM; returns the exit status."""
     options = _parser().parse_args(arguments)
     if options.die_with_parent:
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        signal_on_parent_death(signal.SIGKILL)
     stop = _Stop()
     try:
         mission, profile = load_mission(options.mission), load_profile(options.profile)

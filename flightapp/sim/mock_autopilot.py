@@ -6,7 +6,6 @@ It sends to the address where MAVSDK listens (udpin://127.0.0.1:14540) and flies
 from __future__ import annotations
 
 import argparse
-import ctypes
 import json
 import math
 import signal
@@ -21,6 +20,7 @@ from flightapp.config.mission import Mission, load_mission
 from flightapp.config.profile import load_profile
 from flightapp.core.errors import InputError
 from flightapp.core.geodesy import GeodeticPoint
+from flightapp.core.parent_death import signal_on_parent_death
 from flightapp.sim.autopilot_core import AutopilotCore
 from flightapp.sim.autopilot_estimator import Estimator, Noise
 from flightapp.sim.autopilot_frames import Frames, displaced_origin
@@ -250,9 +250,8 @@ def _parser() -> argparse.ArgumentParser:
 
 def _die_with_parent() -> None:
     """Ask the kernel for SIGKILL when the parent ends."""
-    pr_set_pdeathsig = 1
     if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGKILL)
+        signal_on_parent_death(signal.SIGKILL)
 
 
 def _run(arguments: argparse.Namespace) -> None:

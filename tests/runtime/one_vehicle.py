@@ -58,7 +58,7 @@ def one_vehicle(
     deadman: bool = True,
     mock_arguments: Sequence[str] = (),
     script: Path | None = None,
-    mission: Path | None = None,
+    script_arguments: Sequence[str] = (),
 ) -> Iterator[OneVehicle]:
     """Start mock, relay and vehicle process for tests/missions/hover.toml; end them whatever happens."""
     mission_path = ROOT / "tests/missions/hover.toml"
@@ -78,7 +78,8 @@ def one_vehicle(
         ],
         stdout=subprocess.DEVNULL,
     )
-    child = [sys.executable, str(script)] if script else [sys.executable, "-m", "flightapp.runtime.vehicle_process"]
+    process_path = [str(script), *script_arguments] if script else ["-m", "flightapp.runtime.vehicle_process"]
+    child = [sys.executable, *process_path]
     child += ["--mission", str(mission_path), "--profile", str(files.profile), "--vehicle", "e1", "--run", str(run)]
     guard = [sys.executable, "-m", "flightapp.runtime.deadman", str(profile.control.deadman_timeout_s)]
     with (run / "e1.log").open("w") as log:

@@ -1,0 +1,78 @@
+"""What happens when the strategy breaks, the autopilot refuses, or the link dies: the vehicle comes down, and it is told."""
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from flightapp.recording.reader import Recording, read_recording
+from tests.runtime.one_vehicle import LAND, OneVehicle, one_vehicle, until
+
+BREAKING = Path(__file__).with_name("breaking_vehicle.py")
+
+
+def recording_of(vehicle: OneVehicle) -> Recording:
+    return read_recording(vehicle.run / "e1.mcap")
+
+
+def scenario(folder: Path, fault: str) -> tuple[str, str]:
+    path = folder / "faults.toml"
+    path.write_text(f"faults = [ {{ {fault} }} ]\n")
+    return "--scenario", str(path)
+
+
+def test_a_strategy_that_raises_is_replaced_by_braking_and_a_landing(tmp_path: Path) -> None:
+    with one_vehicle(tmp_path, script=BREAKING, script_arguments=("raises",)) as vehicle:
+        vehicle.wait_for_offboard()
+        until(lambda: vehicle.relay.mode() == LAND, 20.0, "landing", vehicle)
+        assert vehicle.process.wait(timeout=40) == 3
+        recording = recording_of(vehicle)
+        assert recording.topic("/phase").texts("outcome")[-1] == "fault"
+        assert any("the strategy broke" in text for text in recording.topic("/event").texts("text"))
+        speeds = np.linalg.norm(recording.topic("/own").vectors("velocity_ned_m_s")[:, :2], axis=1)
+        landing_s = recording.topic("/phase").t_s[recording.topic("/phase").texts("phase").index("land")]
+        assert speeds.max() > 2.0
+        before_land_mode = recording.topic("/setpoint").t_s >= landing_s
+        assert np.abs(recording.topic("/setpoint").vectors("velocity_ned_m_s")[before_land_mode][:, :2]).max() < 1.1
+
+
+def test_a_setpoint_that_is_not_finite_never_reaches_the_autopilot(tmp_path: Path) -> None:
+    with one_vehicle(tmp_path, script=BREAKING, script_arguments=("not-finite",)) as vehicle:
+        vehicle.wait_for_offboard()
+        until(lambda: "not finite" in str(acting(vehicle)), 20.0, "guard", vehicle)
+        vehicle.process.terminate()
+        vehicle.process.wait(timeout=40)
+        assert np.isfinite(recording_of(vehicle).topic("/setpoint").vectors("velocity_ned_m_s")).all()
+
+
+def acting(vehicle: OneVehicle) -> list[object]:
+    return [message["acting"] for message in recording_of(vehicle).topic("/setpoint").messages[-5:]]
+
+
+def test_a_strategy_that_never_returns_is_killed_by_the_deadman(tmp_path: Path) -> None:
+    with one_vehicle(tmp_path, script=BREAKING, script_arguments=("endless",)) as vehicle:
+        vehicle.wait_for_offboard()
+        assert vehicle.process.wait(timeout=20) == 3
+        ended_s = time.monotonic()
+        until(lambda: vehicle.relay.mode() == LAND, 10.0, "failsafe landing", vehicle)
+        assert vehicle.relay.setpoints_s[-1] <= ended_s
+        assert "control loop silent" in (vehicle.run / "e1.log").read_text()
+
+
+def test_refused_arming_is_a_fault_with_the_autopilots_own_reason(tmp_path: Path) -> None:
+    with one_vehicle(tmp_path, mock_arguments=scenario(tmp_path, 'target = "arming", verb = "off", at_s = 0.0')) as vehicle:
+        assert vehicle.process.wait(timeout=60) == 3
+        reasons = " ".join(recording_of(vehicle).topic("/event").texts("text"))
+        assert "autopilot refused 'arm'" in reasons
+        assert "Preflight Fail" in reasons
+        assert vehicle.relay.setpoints_s == []
+
+
+def test_a_dead_link_ends_the_process_so_that_the_failsafe_can_act(tmp_path: Path) -> None:
+    fault = 'target = "link_down", verb = "off", when = { mode = "OFFBOARD", after_s = 2.0 }'
+    with one_vehicle(tmp_path, mock_arguments=scenario(tmp_path, fault)) as vehicle:
+        vehicle.wait_for_offboard()
+        assert vehicle.process.wait(timeout=90) == 3
+        reasons = " ".join(recording_of(vehicle).topic("/event").texts("text"))
+        assert "autopilot link lost" in reasons
+        assert '"mode": "LAND"' in vehicle.mock_log.read_text()
