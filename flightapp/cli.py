@@ -19,6 +19,7 @@ Profile = Annotated[Path, typer.Option("--profile", help="The vehicle's hardware
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of everything random.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 SIM_PROFILE = Path("profiles/sim.toml")
+DEMO_MISSION = Path("missions/demo_two_pursuers.toml")
 
 
 @app.callback()
@@ -144,6 +145,29 @@ def recover(
         print(json.dumps({"file": str(found.output), "messages": found.messages, "span_s": found.span_s}))
     else:
         print(f"{found.output}: {found.messages} messages over {found.span_s:.1f} s")
+
+
+@app.command()
+def bench(
+    mission: Annotated[Path, typer.Argument(help="Mission whose obstacles the camera sees.")] = DEMO_MISSION,
+    profile: Profile = SIM_PROFILE,
+    seconds: Annotated[float, typer.Option("--seconds", min=0.1, help="About how long to measure.")] = 20.0,
+    as_json: Json = False,
+) -> None:
+    """Measure planner, perception, supervisor, recorder and fleet messages on this machine.
+
+    Wall and CPU time, both, so that a busy machine can be told from slow code.
+
+    Example: flightapp bench --seconds 10
+    """
+    from flightapp.bench import run_bench
+    from flightapp.bench.table import print_bench
+
+    result = run_bench(mission, profile, seconds)
+    if as_json:
+        print(json.dumps(result, indent=2))
+    else:
+        print_bench(result)
 
 
 def main() -> None:

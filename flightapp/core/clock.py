@@ -56,6 +56,11 @@ def monotonic_ns() -> int:
     return time.monotonic_ns()
 
 
+def thread_cpu_ns() -> int:
+    """CPU time of the calling thread: what work costs, whatever else the machine does."""
+    return time.thread_time_ns()
+
+
 def utc_stamp() -> str:
     """Wall-clock time for names of files and folders: 20260601-101500, UTC."""
     return f"{datetime.now(UTC):%Y%m%d-%H%M%S}"

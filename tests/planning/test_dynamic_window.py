@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from flightapp.bench.rollout_reference import roll_out_reference
 from flightapp.core.types import Array
 from flightapp.planning import critics
 from flightapp.planning.ac2f import Ac2fParameters
@@ -36,51 +37,6 @@ def random_scene(random: np.random.Generator, count: int, moving: bool = True) -
     return scene
 
 
-def moved(pose: Array, ways: Array, turns: Array) -> Array:
-    """Poses (n, 3) after chords of length `ways` (n,) in the direction of the middle heading."""
-    middle = pose[:, 2] + 0.5 * turns
-    return np.stack((pose[:, 0] + ways * np.cos(middle), pose[:, 1] + ways * np.sin(middle), pose[:, 2] + turns), axis=1)
-
-
-def clearance_of(scene: Array, before: Array, after: Array, t_s: Array, step_s: Array) -> Array:
-    """Smallest distance (n,) to the moving discs along each chord."""
-    if len(scene) == 0:
-        return np.full(len(before), np.inf)
-    start = before[:, None, :2] - scene[None, :, :2] - scene[None, :, 3:5] * t_s[:, None, None]
-    along = (after - before)[:, None, :2] - scene[None, :, 3:5] * step_s[:, None, None]
-    length2 = np.maximum((along**2).sum(axis=2), 1e-300)
-    fraction = np.clip(-(start * along).sum(axis=2) / length2, 0.0, 1.0)
-    nearest = start + fraction[:, :, None] * along
-    return np.asarray((np.hypot(nearest[:, :, 0], nearest[:, :, 1]) - scene[None, :, 2]).min(axis=1))
-
-
-def reference(start: Array, speeds: Array, turns: Array, scene: Array) -> tuple[Array, Array, Array]:
-    """Clearance, verdict and end pose of every candidate, in plain NumPy."""
-    count = len(speeds)
-    pose = np.tile(start, (count, 1))
-    clearance = np.full(count, SATURATION_M)
-    step = np.full(count, STEP_S)
-    for k in range(STEPS):
-        after = moved(pose, speeds * STEP_S, turns * STEP_S)
-        clearance = np.minimum(clearance, clearance_of(scene, pose, after, np.full(count, k * STEP_S), step))
-        pose = after
-    ends = pose.copy()
-    gap = np.full(count, np.inf)
-    moving = speeds > 0.0
-    brake_step = (REACTION_S + speeds / DECELERATION) / BRAKING_STEPS
-
-    def way(t_s: Array) -> Array:
-        return speeds * t_s - 0.5 * DECELERATION * np.maximum(0.0, t_s - REACTION_S) ** 2
-
-    for k in range(BRAKING_STEPS):
-        length = way((k + 1) * brake_step) - way(k * brake_step)
-        after = moved(pose, length, np.where(moving, turns * length / np.where(moving, speeds, 1.0), 0.0))
-        gap = np.minimum(gap, clearance_of(scene, pose, after, STEPS * STEP_S + k * brake_step, brake_step))
-        pose = after
-    verdict = np.where(clearance <= 0.0, 1, np.where(moving & (gap <= 0.0), 2, 0))
-    return clearance, verdict, ends
-
-
 @pytest.mark.parametrize("seed", range(20))
 def test_the_kernel_agrees_with_the_reference(seed: int) -> None:
     random = np.random.default_rng(seed)
@@ -93,7 +49,9 @@ def test_the_kernel_agrees_with_the_reference(seed: int) -> None:
         start, speeds, turns, scene, STEP_S, STEPS, SATURATION_M, DECELERATION, REACTION_S, BRAKING_STEPS,
         paths, ends, clearances, verdicts,
     )  # fmt: skip
-    clearance, verdict, end = reference(start, speeds, turns, scene)
+    clearance, verdict, end = roll_out_reference(
+        start, speeds, turns, scene, STEP_S, STEPS, SATURATION_M, DECELERATION, REACTION_S, BRAKING_STEPS
+    )
     np.testing.assert_array_equal(verdicts, verdict)
     free = verdict != 1
     np.testing.assert_allclose(clearances[free], clearance[free], atol=1e-9)

@@ -1,0 +1,74 @@
+"""What leaves a vehicle in one control period: five recorded messages, and its state for the fleet."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from flightapp.bench.measurement import Measurement, Work, measure
+from flightapp.bench.situation import observation, straight
+from flightapp.core.clock import SystemClock
+from flightapp.core.types import Decision, Limits, Observation, Setpoint
+from flightapp.fleet.messages import SharedState, decode_state, encode_state
+from flightapp.planning import make_planner
+from flightapp.recording.recorder import Recorder
+from flightapp.runtime.journal import Journal
+from flightapp.runtime.perception_thread import Perceived
+from flightapp.vehicle.autopilot import Motion
+
+PAUSE_S = 0.002
+"""Faster than any control loop, slow enough for the recorder's thread to keep up."""
+
+
+def recorder_measurement(limits: Limits, seconds: float) -> Measurement:
+    """Own state, target, obstacles, decision and setpoint of one period into a real recording in a temporary folder."""
+    planner = make_planner("ac2f", limits=limits)
+
+    def decide(k: int) -> tuple[Observation, Decision, int]:
+        seen = observation(straight(k), k, 30.0)
+        return seen, planner.step(seen), k
+
+    with tempfile.TemporaryDirectory() as folder, Recorder(Path(folder) / "bench.mcap") as recorder:
+        journal = Journal(recorder, SystemClock(), "bench")
+
+        def record(given: tuple[Observation, Decision, int]) -> None:
+            seen, decision, number = given
+            now_s = seen.t_s
+            journal.own(Motion(seen.own, 0.0, 0.0, now_s), now_s)
+            if seen.target is not None:
+                journal.target(seen.target, now_s)
+            journal.obstacles(Perceived(seen.obstacles, now_s, number, 0.001, 0, ()), now_s)
+            journal.decision(decision, 0.0002, now_s)
+            journal.setpoint(Setpoint(decision.velocity_ned_m_s, decision.yaw_rad), now_s, True, (), 1.0, now_s)
+
+        found = measure(Work("recorder, five messages of a tick", decide, record, pause_s=PAUSE_S), seconds)
+        if recorder.dropped:
+            raise RuntimeError(f"{recorder.dropped} messages were dropped: dropping is cheaper than recording")
+    return found
+
+
+def fleet_measurement(seconds: float) -> Measurement:
+    """One shared state to bytes and back."""
+
+    def state(k: int) -> SharedState:
+        return SharedState(
+            vehicle="p1",
+            role="pursuer",
+            sequence=k,
+            sent_s=k / 30.0,
+            t_s=k / 30.0,
+            position_ned_m=(12.3, -4.5, -5.0),
+            velocity_ned_m_s=(3.0, 0.4, 0.0),
+            yaw_rad=0.1,
+            airborne=True,
+            phase="pursue",
+            mode="coarse",
+            outcome=None,
+            eta_s=4.2,
+            target_distance_m=21.0,
+            clearance_m=2.3,
+            link_age_s=0.05,
+            guards=("obstacle-stop",),
+        )
+
+    return measure(Work("fleet state, encode and decode", state, lambda sent: decode_state(encode_state(sent))), seconds)
