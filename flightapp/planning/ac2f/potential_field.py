@@ -24,6 +24,7 @@ LEAVING_MAX_M_S = 1.0
 EXCESS_COST = 8.0
 ACROSS_COST = 0.3
 CHANGE_COST = 0.1
+NO_LIMIT_M_S = 1e18
 MANOEUVRE_S = 0.2  # a velocity is judged by what this long a change reaches of it, too
 
 
@@ -54,11 +55,18 @@ def _repulsion(scene: Array, n: float, e: float, gain: float, influence_m: float
             out[1] += force * de
 
 
-@compiled("f8(f8[:,::1],f8,f8,f8,f8,f8,f8)")
-def _excess_m_s(scene: Array, n: float, e: float, vn: float, ve: float, deceleration_m_s2: float, reaction_s: float) -> float:
-    """By how much (vn, ve) is too fast towards the worst disc on its way, or too slow out of one; 0 where it is safe."""
+@compiled("f8(f8[:,::1],f8,f8,f8,f8,f8,f8,f8)")
+def _excess_m_s(
+    scene: Array, n: float, e: float, vn: float, ve: float, deceleration_m_s2: float, reaction_s: float, enough_m_s: float
+) -> float:
+    """By how much (vn, ve) is too fast towards the worst disc on its way, or too slow out of one; 0 where it is safe.
+
+    Above `enough_m_s` the result is no more than a lower bound.
+    """
     excess = 0.0
     for i in range(scene.shape[0]):
+        if excess > enough_m_s:
+            break
         dn = scene[i, 0] - n
         de = scene[i, 1] - e
         un = vn - scene[i, 3]
@@ -80,7 +88,7 @@ def _excess_m_s(scene: Array, n: float, e: float, vn: float, ve: float, decelera
     return excess
 
 
-@compiled("f8(f8[:,::1],f8,f8,f8,f8,f8,f8,f8,f8,f8)")
+@compiled("f8(f8[:,::1],f8,f8,f8,f8,f8,f8,f8,f8,f8,f8)")
 def _risk_m_s(
     scene: Array,
     n: float,
@@ -92,16 +100,17 @@ def _risk_m_s(
     reach: float,
     deceleration_m_s2: float,
     reaction_s: float,
+    enough_m_s: float,
 ) -> float:
-    """Excess of (vn, ve) and of what is reached of it, from the base velocity, within the reaction."""
-    risk = _excess_m_s(scene, n, e, vn, ve, deceleration_m_s2, reaction_s)
+    """Excess of (vn, ve) and of what is reached of it, from the base velocity, within the reaction; as `_excess_m_s`."""
+    risk = _excess_m_s(scene, n, e, vn, ve, deceleration_m_s2, reaction_s, enough_m_s)
     change = math.hypot(vn - base_n, ve - base_e)
-    if change <= reach:
+    if change <= reach or risk > enough_m_s:
         return risk
     part = reach / change
     first_n = base_n + part * (vn - base_n)
     first_e = base_e + part * (ve - base_e)
-    return risk + _excess_m_s(scene, n, e, first_n, first_e, deceleration_m_s2, reaction_s)
+    return risk + _excess_m_s(scene, n, e, first_n, first_e, deceleration_m_s2, reaction_s, enough_m_s - risk)
 
 
 @compiled("void(f8[:,::1],f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8[::1])")
@@ -121,7 +130,7 @@ def _choose(
 ) -> None:
     out[0] = wish_n
     out[1] = wish_e
-    risk = _risk_m_s(scene, n, e, wish_n, wish_e, base_n, base_e, reach, deceleration_m_s2, reaction_s)
+    risk = _risk_m_s(scene, n, e, wish_n, wish_e, base_n, base_e, reach, deceleration_m_s2, reaction_s, NO_LIMIT_M_S)
     if risk == 0.0:
         return
     wish = math.hypot(wish_n, wish_e)
@@ -144,7 +153,8 @@ def _choose(
             cost = abs(wish - ahead) + ACROSS_COST * across + CHANGE_COST * math.hypot(vn - base_n, ve - base_e)
             if cost >= best:
                 continue
-            risk = _risk_m_s(scene, n, e, vn, ve, base_n, base_e, reach, deceleration_m_s2, reaction_s)
+            too_much = (best - cost) / EXCESS_COST * (1.0 + 1e-9)
+            risk = _risk_m_s(scene, n, e, vn, ve, base_n, base_e, reach, deceleration_m_s2, reaction_s, too_much)
             cost += EXCESS_COST * risk
             if cost < best:
                 best = cost
