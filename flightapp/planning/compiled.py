@@ -1,7 +1,8 @@
-"""The one way in which this package compiles a kernel: explicit signature, at import, cached, without the interpreter lock.
+"""The one way in which this package compiles a kernel: explicit signature, at import, cached.
 
 A call with another dtype or memory layout raises TypeError instead of compiling in flight. Floating point stays strict, so
-the same inputs give the same bits.
+the same inputs give the same bits. The interpreter lock is kept: these kernels run for microseconds, and handing the lock over
+with each of them costs more than it gives, up to a switch interval wherever another thread of the vehicle is busy.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ def compiled(signature: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorator that compiles a function of floats and float64 arrays for `signature`."""
 
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
-        kernel: Callable[P, R] = numba.njit(signature, cache=True, nogil=True, error_model="numpy")(function)
+        kernel: Callable[P, R] = numba.njit(signature, cache=True, error_model="numpy")(function)
         return kernel
 
     return wrap
