@@ -6,6 +6,8 @@ overlap. Everything is planar (north, east).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from flightapp.core.types import Array
@@ -32,6 +34,15 @@ def closest_approach_m(start_m: Array, end_m: Array) -> tuple[float, float]:
     length2 = float(along @ along)
     fraction = 0.0 if length2 == 0.0 else min(1.0, max(0.0, -float(start_m @ along) / length2))
     return float(np.linalg.norm(start_m + fraction * along)), fraction
+
+
+def miss_m(offset_m: tuple[float, float], velocity_m_s: tuple[float, float]) -> float:
+    """Predicted closest approach to a place at `offset_m` (north, east) that is neared at the relative `velocity_m_s`."""
+    distance = math.hypot(*offset_m)
+    closing = offset_m[0] * velocity_m_s[0] + offset_m[1] * velocity_m_s[1]
+    if closing <= 0.0:
+        return distance
+    return abs(offset_m[0] * velocity_m_s[1] - offset_m[1] * velocity_m_s[0]) / math.hypot(*velocity_m_s)
 
 
 def segment_clearance_m(start_m: Array, end_m: Array, discs: Array, body_radius_m: float) -> float:

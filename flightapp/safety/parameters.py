@@ -14,6 +14,8 @@ class SafetyParameters(BaseModel):
     """Smallest distance between the centres of two vehicles of the fleet."""
     separation_buffer_m: float = Field(default=0.2, ge=0, le=5)
     """Room kept on top of `separation_min_m` for drift and estimation error."""
+    separation_passing_m: float = Field(default=0.5, ge=0, le=5)
+    """A teammate whose predicted closest approach is farther than both together by this much is not braked for."""
     separation_height_m: float = Field(default=3.0, gt=0)
     """Vehicles that are at least this far apart vertically need no planar separation."""
     team_widening_max_m: float = Field(default=5.0, ge=0)

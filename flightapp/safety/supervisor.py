@@ -85,7 +85,7 @@ class Supervisor:
         wish = _planar(setpoint)
         bounds: list[VelocityBound] = []
         if self._separation is not None:
-            rules = self._separation.rules(context)
+            rules = self._separation.rules(wish, context)
             wish = self._separation.give_way(wish, rules)
             speed_max = self._speed.speed_max_m_s(context)
             bounds = [rule.bound for rule in rules if rule.bound.bound_m_s < speed_max]

@@ -1,19 +1,22 @@
 """Closed loop without sleeping: planners, velocity-lagged vehicles, disc sensing; the test bed of this folder.
 
-Vehicles follow the commanded velocity with a first-order lag under an acceleration limit, planar. Sensing is ideal within
-its range, or a camera: field of view, noise, latency, and a short memory of what left the view.
+Vehicles follow the commanded velocity with a first-order lag under acceleration and jerk limits, planar. Sensing is ideal
+within its range, or a camera: field of view, noise, latency, and a short memory of what left the view. With `supervised_by`
+every setpoint passes the supervisor of that mission, and the multirotor of the simulation flies it in the mission's wind, as in
+the application.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
+from collections import Counter, deque
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from flightapp.config.mission import Box, Mission, load_mission
+from flightapp.config.profile import load_profile
 from flightapp.core.angles import wrap_pi
 from flightapp.core.types import (
     Array,
@@ -22,6 +25,7 @@ from flightapp.core.types import (
     Limits,
     Observation,
     ObstacleSet,
+    Setpoint,
     TargetTrack,
     TeamMember,
     VehicleState,
@@ -30,9 +34,16 @@ from flightapp.planning import make_evader, make_planner
 from flightapp.planning.api import Planner
 from flightapp.planning.capture import CaptureRule, Dwell, encircled
 from flightapp.planning.plane import crosses, segments
+from flightapp.safety.api import SafetyContext
+from flightapp.safety.supervisor import Supervisor, make_supervisor
+from flightapp.sim.multirotor import Command, Multirotor, MultirotorLimits, Wind
 
 DT_S = 1.0 / 30.0
 LAG_S = 0.25
+TEAM_DELAY_S = 0.06
+FRAME_LIMITS = MultirotorLimits(acceleration_max_m_s2=6.5, jerk_max_m_s3=52.0)
+FRAME_STEPS, LINK_STEPS = 7, 3
+PROFILE = Path(__file__).parents[2] / "profiles" / "sim.toml"
 DEMO = Path(__file__).parents[2] / "missions" / "demo_two_pursuers.toml"
 
 
@@ -43,18 +54,21 @@ def limits(speed_max_m_s: float = 5.0) -> Limits:
 
 @dataclass
 class Body:
-    """One vehicle: planar lag with acceleration limit, yaw with rate limit."""
+    """One vehicle: planar lag with acceleration and jerk limit, yaw with rate limit."""
 
     position: Array
     velocity: Array
     yaw_rad: float
     limits: Limits
+    acceleration: Array = field(default_factory=lambda: np.zeros(2))
 
     def move(self, command: Array, yaw_rad: float, wind: Array) -> None:
-        change = (command[:2] - self.velocity) * min(1.0, DT_S / LAG_S) + wind * DT_S
-        reach = self.limits.acceleration_max_m_s2 * DT_S
-        length = float(np.hypot(*change))
-        self.velocity = self.velocity + change * min(1.0, reach / max(length, 1e-12))
+        wanted = (command[:2] - self.velocity) / LAG_S + wind
+        wanted = wanted * min(1.0, self.limits.acceleration_max_m_s2 / max(float(np.hypot(*wanted)), 1e-12))
+        change = wanted - self.acceleration
+        reach = self.limits.jerk_max_m_s3 * DT_S
+        self.acceleration = self.acceleration + change * min(1.0, reach / max(float(np.hypot(*change)), 1e-12))
+        self.velocity = self.velocity + self.acceleration * DT_S
         self.position = self.position + self.velocity * DT_S
         turn = wrap_pi(yaw_rad - self.yaw_rad)
         limit = self.limits.yaw_rate_max_rad_s * DT_S
@@ -62,6 +76,34 @@ class Body:
 
     def state(self, t_s: float) -> VehicleState:
         return VehicleState(t_s, np.array((*self.position, -5.0)), np.array((*self.velocity, 0.0)), self.yaw_rad)
+
+
+class Drone(Body):
+    """The multirotor of the simulation, which answers later than `Body`: velocity loop, tilting, link, gusts."""
+
+    def __init__(self, start: tuple[float, float, float], limits: Limits, mission: Mission, seed: int) -> None:
+        super().__init__(np.array(start[:2]), np.zeros(2), start[2], limits)
+        simulation = mission.simulation
+        self._frame = Multirotor(
+            FRAME_LIMITS,
+            position_ned_m=(start[0], start[1], -5.0),
+            yaw_rad=start[2],
+            wind=Wind(simulation.wind_north_m_s, simulation.wind_east_m_s, simulation.gust_m_s),
+            ground_down_m=0.0,
+            seed=seed,
+        )
+        self._frame.motors.running = True
+        self._command = Command()
+
+    def move(self, command: Array, yaw_rad: float, wind: Array) -> None:
+        frame = self._frame
+        for step in range(FRAME_STEPS):
+            if step == LINK_STEPS:
+                climb = -5.0 - frame.position_ned_m[2]
+                self._command = Command((float(command[0]), float(command[1]), climb), yaw_rad=yaw_rad)
+            frame.step(DT_S / FRAME_STEPS, self._command)
+        self.position, self.velocity = np.array(frame.position_ned_m[:2]), np.array(frame.velocity_ned_m_s[:2])
+        self.yaw_rad = frame.yaw_rad
 
 
 @dataclass(frozen=True)
@@ -123,6 +165,8 @@ class Flight:
     clearance_m: float = math.inf
     separation_m: float = math.inf
     evader_distance_m: float = math.inf
+    guards: list[Counter[str]] = field(default_factory=list)
+    """Ticks in which each guard of each vehicle acted."""
     modes: list[set[str]] = field(default_factory=list)
     log: list[tuple[float, list[Array], list[Decision]]] = field(default_factory=list)
     observations: list[list[Observation]] = field(default_factory=list)
@@ -151,6 +195,8 @@ class Scenario:
     time_limit_s: float = 60.0
     wind: tuple[float, float] = (0.0, 0.0)
     target_noise_m: float = 0.0
+    supervised_by: Mission | None = None
+    """The mission whose supervisor has the last word on every setpoint; its vehicles are these, in order."""
 
 
 def disc(north: float, east: float, radius: float) -> list[float]:
@@ -180,7 +226,7 @@ def world_of(mission: Mission) -> Array:
     return np.array(discs, dtype=np.float64).reshape(-1, 7)
 
 
-def demo(seed: int = 0, **changes: object) -> Scenario:
+def demo(seed: int = 0, *, supervised: bool = False, **changes: object) -> Scenario:
     """The demo mission, its starts shaken by `seed` (0: as written)."""
     mission = load_mission(DEMO)
     random = np.random.default_rng(seed)
@@ -194,6 +240,7 @@ def demo(seed: int = 0, **changes: object) -> Scenario:
         world_of(mission), places[:2], places[2], mission.boundary.as_boundary(), CaptureRule(**mission.capture.model_dump())
     )
     scenario.parameters = {"evader_speed_assumed_m_s": mission.evader_speed_assumed_m_s}
+    scenario.supervised_by = mission if supervised else None
     for name, value in changes.items():
         setattr(scenario, name, value)
     return scenario
@@ -219,16 +266,50 @@ def random_field(seed: int, obstacles: int = 20) -> Scenario:
     return Scenario(np.array(discs), places[:2], places[2], boundary, rule, parameters=parameters)
 
 
+class Pilot:
+    """From the decision of one vehicle to the setpoint that it flies: through the supervisor where there is one."""
+
+    def __init__(self, mission: Mission | None, index: int, limits: Limits) -> None:
+        self._limits = limits
+        self._previous: Setpoint | None = None
+        self._supervisor: Supervisor | None = None
+        if mission is not None:
+            self._name = mission.vehicles[index].name
+            self._supervisor = make_supervisor(mission, load_profile(PROFILE), self._name)
+
+    def setpoint(self, decision: Decision, seen: Observation, acting: Counter[str]) -> Setpoint:
+        setpoint = Setpoint(decision.velocity_ned_m_s, decision.yaw_rad)
+        if self._supervisor is None:
+            return setpoint
+        supervised = self._supervisor.check(
+            setpoint,
+            SafetyContext(
+                t_s=seen.t_s,
+                dt_s=seen.dt_s,
+                name=self._name,
+                own=seen.own,
+                own_age_s=0.0,
+                team=seen.team,
+                target=seen.target,
+                obstacles=seen.obstacles,
+                obstacles_age_s=seen.t_s - seen.obstacles.t_s,
+                previous=self._previous,
+                limits=self._limits,
+            ),
+        )
+        acting.update(name for name, _ in supervised.acting)
+        self._previous = supervised.setpoint
+        return supervised.setpoint
+
+
 def fly(scenario: Scenario, seed: int = 0, *, keep: bool = False) -> Flight:
     """Fly `scenario` to capture, crossing or time limit."""
     random = np.random.default_rng(seed)
     parameters = {"capture": scenario.rule.model_dump(), **scenario.parameters}
     count = len(scenario.pursuers)
     speeds = [scenario.pursuer_speed_m_s] * count + [scenario.evader_speed_m_s]
-    bodies = [
-        Body(np.array(start[:2]), np.zeros(2), start[2], limits(speed))
-        for start, speed in zip([*scenario.pursuers, scenario.evader], speeds, strict=True)
-    ]
+    starts = zip([*scenario.pursuers, scenario.evader], speeds, strict=True)
+    bodies = [_body(scenario, index, start, limits(speed), seed) for index, (start, speed) in enumerate(starts)]
     planners: list[Planner] = [
         make_planner(scenario.planner, limits=limits(scenario.pursuer_speed_m_s), parameters=parameters, seed=seed)
         for _ in range(count)
@@ -245,18 +326,21 @@ def fly(scenario: Scenario, seed: int = 0, *, keep: bool = False) -> Flight:
     eyes.append(Eye(Sensing(), scenario.world, random))
     etas: list[float | None] = [None] * count
     modes = ["hold"] * count
-    flight = Flight(modes=[set() for _ in bodies])
+    flight = Flight(guards=[Counter() for _ in bodies], modes=[set() for _ in bodies])
+    pilots = [Pilot(scenario.supervised_by, index, body.limits) for index, body in enumerate(bodies)]
+    heard: deque[list[VehicleState]] = deque(maxlen=1 + round(TEAM_DELAY_S / DT_S))
     dwell = Dwell(scenario.rule.dwell_s)
     sides = segments(scenario.boundary)
     wind = np.array(scenario.wind)
     for tick in range(round(scenario.time_limit_s / DT_S)):
         t_s = tick * DT_S
         states = [body.state(t_s) for body in bodies]
+        heard.append(states)
         track = _track(states[-1], t_s, scenario.target_noise_m, random)
         observations = []
         for index, body in enumerate(bodies):
             team = tuple(
-                TeamMember(f"p{other + 1}", states[other], modes[other], etas[other], 0.0)
+                _member(f"p{other + 1}", heard[0][other], t_s, modes[other], etas[other])
                 for other in range(count)
                 if other != index
             )
@@ -275,8 +359,9 @@ def fly(scenario: Scenario, seed: int = 0, *, keep: bool = False) -> Flight:
             flight.log.append((t_s, [body.position.copy() for body in bodies], decisions))
             flight.observations.append(observations)
         before = bodies[-1].position.copy()
-        for body, decision in zip(bodies, decisions, strict=True):
-            body.move(decision.velocity_ned_m_s, decision.yaw_rad, wind)
+        for index, (body, decision) in enumerate(zip(bodies, decisions, strict=True)):
+            setpoint = pilots[index].setpoint(decision, observations[index], flight.guards[index])
+            body.move(setpoint.velocity_ned_m_s, setpoint.yaw_rad, wind)
         _judge(flight, scenario, bodies)
         evader = (float(bodies[-1].position[0]), float(bodies[-1].position[1]))
         if crosses((float(before[0]), float(before[1])), evader, sides):
@@ -287,6 +372,19 @@ def fly(scenario: Scenario, seed: int = 0, *, keep: bool = False) -> Flight:
             flight.captured_s = t_s
             return flight
     return flight
+
+
+def _body(scenario: Scenario, index: int, start: tuple[float, float, float], limits: Limits, seed: int) -> Body:
+    if scenario.supervised_by is None:
+        return Body(np.array(start[:2]), np.zeros(2), start[2], limits)
+    return Drone(start, limits, scenario.supervised_by, 10 * seed + index)
+
+
+def _member(name: str, state: VehicleState, t_s: float, mode: str, eta_s: float | None) -> TeamMember:
+    """A teammate as the application hands it on: its last state, moved to the present with its velocity."""
+    age_s = t_s - state.t_s
+    moved = VehicleState(t_s, state.position_ned_m + age_s * state.velocity_ned_m_s, state.velocity_ned_m_s, state.yaw_rad)
+    return TeamMember(name, moved, mode, eta_s, age_s)
 
 
 def _track(state: VehicleState, t_s: float, noise_m: float, random: np.random.Generator) -> TargetTrack:

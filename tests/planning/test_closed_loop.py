@@ -28,6 +28,15 @@ def test_demo_through_a_camera(seed: int) -> None:
     assert_good(fly(demo(seed, sensing=CAMERA, target_noise_m=0.1, wind=(0.5, -0.5)), seed))
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_demo_as_the_application_flies_it(seed: int) -> None:
+    flight = fly(demo(seed, supervised=True, sensing=CAMERA, target_noise_m=0.1), seed)
+    assert_good(flight)
+    assert flight.clearance_m >= 0.35
+    assert flight.separation_m >= 1.8
+    assert flight.guards[0]["separation"] + flight.guards[1]["separation"] < 60
+
+
 @pytest.mark.parametrize("evader", ["straight", "hover"])
 @pytest.mark.parametrize("seed", range(3))
 def test_demo_against_other_evaders(evader: str, seed: int) -> None:

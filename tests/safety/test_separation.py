@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flightapp.core.types import Setpoint, TeamMember
+from flightapp.core.types import Array, Setpoint, TeamMember
+from flightapp.safety.api import SafetyContext
 from flightapp.safety.guards.separation import SeparationGuard
 from flightapp.safety.guards.speed import SpeedGuard
 from tests.safety.closed_loop import (
@@ -113,7 +114,9 @@ def test_capture_positions_opposite_the_evader_are_not_disturbed() -> None:
 def test_a_stale_teammate_is_widened_but_not_for_ever() -> None:
     other = Body("p2", (6.0, 0.0), (2.0, 0.0, 0.0))
     body = Body("p1", (0.0, 0.0))
-    fresh, old, ancient = (GUARD.rules(context_of(body, team=(member_of(other, age),)))[0] for age in (0.1, 0.9, 60.0))
+    fresh, old, ancient = (
+        GUARD.rules((5.0, 0.0), context_of(body, team=(member_of(other, age),)))[0] for age in (0.1, 0.9, 60.0)
+    )
     assert fresh.gap_m > old.gap_m > ancient.gap_m
     kept = PARAMETERS.separation_min_m + PARAMETERS.separation_buffer_m
     assert old.gap_m == pytest.approx(6.0 - kept - 0.9 * 2.0)
@@ -136,7 +139,7 @@ def test_never_closes_faster(
         if distance <= PARAMETERS.separation_min_m:
             assert closing_out <= 1e-6
     assert out[2] == 0.1
-    turned = GUARD.give_way((wn, we), GUARD.rules(context))
+    turned = GUARD.give_way((wn, we), GUARD.rules((wn, we), context))
     assert math.hypot(*turned) <= math.hypot(wn, we) + 1e-6
     if distance > 1e-3:
         assert (turned[0] * n + turned[1] * e) / distance <= closing_in + 1e-6
@@ -145,17 +148,77 @@ def test_never_closes_faster(
 def test_who_is_elsewhere_does_not_count() -> None:
     body, other = Body("p1", (0, 0)), Body("p2", (1.0, 0.0))
     other.position[2] = -9.0
-    assert GUARD.rules(context_of(body, team=(member_of(other),))) == []
-    assert GUARD.rules(context_of(body, team=(member_of(Body("p1", (0.1, 0.0))),))) == []
-    assert SeparationGuard(PARAMETERS, ["p3"]).rules(context_of(body, team=(member_of(Body("p2", (1.0, 0.0))),))) == []
+    assert GUARD.rules((0.0, 0.0), context_of(body, team=(member_of(other),))) == []
+    assert GUARD.rules((0.0, 0.0), context_of(body, team=(member_of(Body("p1", (0.1, 0.0))),))) == []
+    assert SeparationGuard(PARAMETERS, ["p3"]).rules((0.0, 0.0), _context(body, Body("p2", (1.0, 0.0)))) == []
     assert (
         LIMITS.speed_max_m_s
-        >= -GUARD.rules(context_of(body, team=(member_of(Body("p2", (1, 0), (-30, 0, 0))),)))[0].bound.bound_m_s
+        >= -GUARD.rules((0.0, 0.0), context_of(body, team=(member_of(Body("p2", (1, 0), (-30, 0, 0))),)))[0].bound.bound_m_s
     )
 
 
 def test_in_the_same_place_each_goes_its_own_way() -> None:
     first, second = Body("p1", (0, 0)), Body("p2", (0, 0))
-    one = GUARD.rules(context_of(first, team=(member_of(second),)))[0].bound
-    two = GUARD.rules(context_of(second, team=(member_of(first),)))[0].bound
+    one = GUARD.rules((0.0, 0.0), context_of(first, team=(member_of(second),)))[0].bound
+    two = GUARD.rules((0.0, 0.0), context_of(second, team=(member_of(first),)))[0].bound
     assert (one.north, one.east) == (-two.north, -two.east)
+
+
+def _context(body: Body, other: Body, age_s: float = 0.06) -> SafetyContext:
+    return context_of(body, team=(member_of(other, age_s),))
+
+
+@pytest.mark.parametrize(
+    ("offset", "theirs"),
+    [((0.0, 2.3), (5.0, 0.0, 0.0)), ((3.0, 3.0), (-5.0, 0.0, 0.0)), ((3.0, 5.0), (5.0, -3.5, 0.0))],
+    ids=["abreast", "oncoming, passed with room", "behind its back"],
+)
+def test_parallel_flight_and_passing_with_room_are_not_disturbed(
+    offset: tuple[float, float], theirs: tuple[float, float, float]
+) -> None:
+    body, other = Body("p1", (0.0, 0.0), (5.0, 0.0, 0.0)), Body("p2", offset, theirs)
+    assert GUARD.check(setpoint_of(5.0, 0.0), _context(body, other)).reason == ""
+
+
+def test_a_stale_teammate_is_never_passed_by_prediction() -> None:
+    body, other = Body("p1", (0.0, 0.0), (5.0, 0.0, 0.0)), Body("p2", (3.0, 4.0), (-5.0, 0.0, 0.0))
+    assert GUARD.check(setpoint_of(5.0, 0.0), _context(body, other)).reason == ""
+    assert GUARD.check(setpoint_of(5.0, 0.0), _context(body, other, 1.1)).reason != ""
+
+
+def test_a_wish_or_a_motion_that_meets_the_teammate_is_bounded() -> None:
+    other = Body("p2", (2.5, 0.0))
+    past, at_it = setpoint_of(0.0, 5.0), setpoint_of(5.0, 0.0)
+    assert GUARD.check(past, _context(Body("p1", (0.0, 0.0), (0.0, 5.0, 0.0)), other)).reason == ""
+    assert GUARD.check(at_it, _context(Body("p1", (0.0, 0.0), (0.0, 5.0, 0.0)), other)).reason != ""
+    assert GUARD.check(at_it, _context(Body("p1", (0.0, 0.0), (5.0, 0.0, 0.0)), other)).reason != ""
+
+
+def test_a_narrow_pass_is_widened_and_not_braked() -> None:
+    other = Body("p2", (6.0, 1.5))
+    out = GUARD.check(setpoint_of(5.0, 0.0), _context(Body("p1", (0.0, 0.0), (5.0, 0.0, 0.0)), other)).setpoint
+    north, east, _ = out.velocity_ned_m_s
+    assert north > 4.0
+    assert east < 0.0
+
+
+def _chase(bodies: list[Body], index: int, seed: int) -> Wish:
+    """At full speed at the other vehicle, with random spells in between."""
+    random = random_wishes(seed)
+
+    def wish(t_s: float, body: Body) -> Array:
+        if (int(t_s / 0.8) + seed) % 3 == 0:
+            return random(t_s, body)
+        offset = (bodies[1 - index].position - body.position) * (1.0, 1.0, 0.0)
+        return offset * (6.0 / max(float(np.linalg.norm(offset)), 1e-6))
+
+    return wish
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_two_that_fly_at_each_other_from_fast_starts_stay_apart(seed: int) -> None:
+    bodies = _starts(seed)
+    for body, velocity in zip(bodies, np.random.default_rng(seed).uniform(-1.5, 1.5, (2, 2)), strict=True):
+        body.velocity = np.array([*velocity, 0.0])
+    wishes = [_chase(bodies, 0, seed), _chase(bodies, 1, seed + 50)]
+    assert _fly_together(bodies, wishes, [True, True], 5) >= PARAMETERS.separation_min_m

@@ -79,9 +79,9 @@ class Ac2fParameters(StrategyParameters):
     """Cap of the summed repulsion, relative to an attraction of 1."""
     braking_share: float = Field(default=0.8, gt=0, le=1)
     """Share of the vehicle's acceleration limit that braking may assume."""
-    reaction_s: float = Field(default=0.4, ge=0)
+    reaction_s: float = Field(default=0.55, ge=0)
     """Time from a decision until the vehicle brakes: its lag plus the age of what it sees."""
-    response_lag_s: float = Field(default=0.3, ge=0)
+    response_lag_s: float = Field(default=0.45, ge=0)
     """Lag of the velocity loop; motions are judged from where this lag puts the vehicle."""
     obstacle_range_m: float = Field(default=15.0, gt=0)
     """Obstacles beyond are ignored."""
@@ -95,6 +95,8 @@ class Ac2fParameters(StrategyParameters):
     """Between this distance and the slot range the goal moves from the game point to the intercept of the predicted motion."""
     goal_spacing_m: float = Field(default=3.0, gt=0)
     """Distance from the game point of the goals of pursuers that are not active there."""
+    goal_spread_m: float = Field(default=4.0, ge=0)
+    """Each of several pursuers aims this far beside the game point, towards its own slot, so that they do not converge."""
     slot_gain_per_s: float = Field(default=1.5, gt=0)
     """Approach speed to the slot per metre of way left."""
     slot_braking_share: float = Field(default=0.5, gt=0, le=1)
@@ -103,8 +105,9 @@ class Ac2fParameters(StrategyParameters):
     """Smallest distance from the evader, where the hold radius is larger than this; otherwise contact is allowed."""
     evader_path_margin_m: float = Field(default=0.3, ge=0)
     """Ways around the evader keep this much more."""
-    team_separation_m: float = Field(default=1.5, gt=0)
-    """Smallest distance from a teammate, centre to centre; less only where the hold radius demands it."""
+    team_separation_m: float = Field(default=2.2, gt=0)
+    """Smallest distance from a teammate, centre to centre; less only where the hold radius demands it. The sum of
+    separation_min_m, separation_buffer_m and separation_passing_m of the supervisor, which then has nothing to add."""
     vehicle_disc_m: float = Field(default=0.25, ge=0)
     """A disc whose surface is this near to where another vehicle's centre is or was within the trail is that vehicle: less than
     a body radius, so that no obstacle can be there."""

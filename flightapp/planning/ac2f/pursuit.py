@@ -116,7 +116,10 @@ class Pursuit:
         return Slot(free_slot_bearing(obstacles, ahead, assigned, slack), rule.slot_radius_m, way)
 
     def _far_goal(self, own: Point, place: Point, target: Target, game: Game, distance_m: float, boundary_lost: bool) -> Point:
-        """The game goal far away, the intercept of the predicted motion near the slot range, in between a blend of both."""
+        """The game goal far away, the intercept of the predicted motion near the slot range, in between a blend of both.
+
+        The game goal is moved towards the own slot, so that pursuers whose circles meet in the game point spread out early.
+        """
         parameters = self.parameters
         time_s = intercept_time_s(own, place, target.velocity, self.limits.speed_max_m_s)
         if time_s is None:
@@ -125,4 +128,7 @@ class Pursuit:
         far = (distance_m - parameters.slot_range_m) / (parameters.lead_range_m - parameters.slot_range_m)
         share = 0.0 if boundary_lost else min(1.0, max(0.0, far))
         goal = planar(game.goals[0])
-        return lead[0] + share * (goal[0] - lead[0]), lead[1] + share * (goal[1] - lead[1])
+        spread_m = share * parameters.goal_spread_m if len(game.goals) > 1 else 0.0
+        side = towards(target.position, place)
+        north, east = lead[0] + share * (goal[0] - lead[0]), lead[1] + share * (goal[1] - lead[1])
+        return north + spread_m * side[0], east + spread_m * side[1]
