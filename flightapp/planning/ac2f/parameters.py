@@ -39,7 +39,7 @@ class Ac2fParameters(StrategyParameters):
     # dynamic window
     control_period_s: float = Field(default=0.1, gt=0)
     """Period of the dynamic window and of the samples in the history."""
-    command_blend: float = Field(default=0.15, ge=0, le=1)
+    command_blend: float = Field(default=0.08, ge=0, le=1)
     """Centre of the window: this share of the measured velocity, the rest of the last command."""
     horizon_s: float = Field(default=1.0, gt=0)
     """Prediction horizon on the approach."""
