@@ -21,7 +21,7 @@ pytest: $(VENV)/.ok
 
 $(VENV)/.ok: pyproject.toml requirements.txt
 	python3 -m venv $(VENV)
-	$(PY) -m pip install --quiet --disable-pip-version-check -c requirements.txt -e '.[dev,realsense]'
+	PIP_CONSTRAINT=requirements.txt $(PY) -m pip install --quiet --disable-pip-version-check -e '.[dev,realsense]'
 	$(PY) -m flightapp.warm_up
 	touch $@
 

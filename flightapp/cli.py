@@ -67,13 +67,13 @@ def fly(
     """
     from flightapp.config.mission import load_mission
     from flightapp.config.profile import load_profile
-    from flightapp.recording.run_folder import create_run_folder
+    from flightapp.recording.run_folder import create_run_folder, given_run_folder
     from flightapp.runtime.inputs import check_inputs
 
     loaded, hardware = load_mission(mission), load_profile(profile)
     check_inputs(loaded, hardware, mission, profile, vehicle)
-    folder = run or create_run_folder(hardware.recording.folder, loaded.name)
-    folder.mkdir(parents=True, exist_ok=True)
+    root = hardware.recording.folder
+    folder = create_run_folder(root, loaded.name) if run is None else given_run_folder(run, shared=True)
     child = ["-m", "flightapp.runtime.vehicle_process", "--mission", str(mission), "--profile", str(profile)]
     child += ["--vehicle", vehicle, "--run", str(folder), "--seed", str(seed)]
     sys.stdout.flush()

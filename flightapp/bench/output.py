@@ -60,6 +60,7 @@ def fleet_measurement(seconds: float) -> Measurement:
             position_ned_m=(12.3, -4.5, -5.0),
             velocity_ned_m_s=(3.0, 0.4, 0.0),
             yaw_rad=0.1,
+            mission="0123456789ab",
             airborne=True,
             phase="pursue",
             mode="coarse",

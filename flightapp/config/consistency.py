@@ -19,7 +19,7 @@ def check_mission_fits_profile(
     """InputError lists everything about `vehicle_name` that contradicts the other file, one sentence each."""
     names = [vehicle.name for vehicle in mission.vehicles]
     if vehicle_name not in names:
-        raise InputError(f"{mission_path}: vehicles: no vehicle is named '{vehicle_name}'; known: {', '.join(names)}")
+        raise InputError(f"{mission_path}: vehicles: no vehicle is called '{vehicle_name}'; known: {', '.join(names)}")
     index = names.index(vehicle_name)
     vehicle = mission.vehicles[index]
     findings = [

@@ -16,6 +16,8 @@ from flightapp.core.types import Boundary
 
 Coordinate = Annotated[float, Field(ge=-20_000, le=20_000)]
 """A place in the mission frame, m: the frame is flat, so it ends 20 km from the datum."""
+HEIGHT_ABOVE_GROUND_MIN_M = 1.0
+
 Vertex = tuple[Coordinate, Coordinate]
 Scalar = float | int | bool | str
 
@@ -110,7 +112,7 @@ class Start(Strict):
     north_m: Coordinate
     east_m: Coordinate
     heading_deg: float = Field(default=0.0, ge=-180, le=360)
-    ground_height_m: float = 0.0
+    ground_height_m: float = Field(default=0.0, ge=-100, le=500)
     """Height of the ground there above the datum."""
 
 
@@ -188,7 +190,7 @@ class Mission(Strict):
     return_height_m: float = Field(gt=0, le=500)
     """Lowest height above the datum at which a vehicle returns: above every obstacle."""
     return_height_step_m: float = Field(default=2.0, ge=1.0, le=50)
-    """Each further vehicle of the list returns this much higher, so that their ways home cannot cross."""
+    """Each further vehicle of the list returns this much higher: their ways home lie one above the other."""
     time_limit_s: float = Field(gt=0, le=3600)
     """Length of the pursuit; after it the mission ends with the outcome `timeout`."""
     start_timeout_s: float = Field(default=60.0, gt=0, le=600)
@@ -209,6 +211,8 @@ class Mission(Strict):
         _check_boundary(self)
         _check_starts(self)
         _check_heights(self)
+        _check_return_heights(self)
+        _check_dwell(self)
         return self
 
     def vehicle(self, name: str) -> Vehicle:
@@ -311,6 +315,41 @@ def _check_heights(mission: Mission) -> None:
                 f"{field} = {height}: outside the flight volume's band; "
                 f"it must lie between height_min_m = {volume.height_min_m} and height_max_m = {volume.height_max_m}"
             )
+        above_ground = height - vehicle.start.ground_height_m
+        if above_ground < HEIGHT_ABOVE_GROUND_MIN_M:
+            raise ValueError(
+                f"vehicles[{index}].start.ground_height_m = {vehicle.start.ground_height_m}: the flight height is "
+                f"{above_ground:g} m above it; it must be at least {HEIGHT_ABOVE_GROUND_MIN_M:g} m"
+            )
+
+
+def _check_return_heights(mission: Mission) -> None:
+    heights = [cylinder.height_m for cylinder in mission.obstacles.cylinders] + [box.height_m for box in mission.obstacles.boxes]
+    tallest = max(heights, default=0.0)
+    if mission.return_height_m <= tallest:
+        raise ValueError(
+            f"return_height_m = {mission.return_height_m}: the autopilot flies home at this height and sees no obstacle; "
+            f"it must be greater than the tallest obstacle, {tallest:g} m"
+        )
+    for index, vehicle in enumerate(mission.vehicles):
+        height, ceiling = mission.return_height_of(vehicle), mission.flight_volume.height_max_m
+        if height < mission.height_of(vehicle):
+            raise ValueError(
+                f"return_height_m = {mission.return_height_m}: must not be lower than the flight height of vehicles[{index}], "
+                f"{mission.height_of(vehicle):g} m"
+            )
+        if height >= ceiling:
+            raise ValueError(
+                f"return_height_m = {mission.return_height_m}: vehicles[{index}] returns at {height:g} m; "
+                f"it must stay below flight_volume.height_max_m = {ceiling:g}"
+            )
+
+
+def _check_dwell(mission: Mission) -> None:
+    if mission.capture.dwell_s >= mission.time_limit_s:
+        raise ValueError(
+            f"capture.dwell_s = {mission.capture.dwell_s}: must be shorter than time_limit_s = {mission.time_limit_s:g}"
+        )
 
 
 def _refuse_repeated(vertices: tuple[Vertex, ...], *, closed: bool, field: str = "") -> None:

@@ -43,8 +43,10 @@ class Autopilot(Strict):
         scheme, separator, rest = url.partition("://")
         if not separator or scheme not in ("udpin", "udpout", "tcpin", "tcpout", "serial"):
             raise ValueError("use udpin://HOST:PORT, udpout://HOST:PORT, tcpout://HOST:PORT or serial:///dev/TTY:BAUD")
-        if scheme != "serial" and rest.startswith(":"):
-            raise ValueError("name the host, for example udpin://0.0.0.0:14540")
+        if scheme != "serial" and not _is_host_and_port(rest):
+            raise ValueError("name the host and a port from 1 to 65535, for example udpin://0.0.0.0:14540")
+        if scheme == "serial" and not (rest.startswith("/") and rest.rpartition(":")[2].isdigit()):
+            raise ValueError("name the device and its rate, for example serial:///dev/ttyUSB0:921600")
         return url
 
 
@@ -56,15 +58,17 @@ class Control(Strict):
     """Silence of the control loop after which the deadman kills the vehicle process."""
     altitude_gain_1_s: float = Field(default=1.0, gt=0, le=5)
     """Climb rate per metre of altitude error: PX4's velocity mode does not hold altitude by itself."""
-    yaw_to_target_distance_m: float = Field(default=0.0, ge=0)
-    """Below this distance the vehicle looks at the target instead of along its course; 0 switches it off."""
+
+
+def _is_host_and_port(address: str) -> bool:
+    host, _, port = address.rpartition(":")
+    return bool(host) and port.isdigit() and 0 < int(port) < 65536
 
 
 def check_endpoint(endpoint: str) -> None:
     """ValueError unless `endpoint` reads PROTOCOL/HOST:PORT."""
     protocol, _, address = endpoint.partition("/")
-    host, _, port = address.rpartition(":")
-    if protocol not in ("udp", "tcp", "tls", "quic") or not host or not port.isdigit():
+    if protocol not in ("udp", "tcp", "tls", "quic") or not _is_host_and_port(address):
         raise ValueError(f"'{endpoint}' is not an endpoint; write udp/HOST:PORT or tcp/HOST:PORT")
 
 
@@ -86,9 +90,9 @@ class Network(Strict):
 class Mounting(Strict):
     """Pose of the camera in the body frame (forward, right, down); zero angles look straight ahead."""
 
-    forward_m: float = 0.1
-    right_m: float = 0.0
-    down_m: float = 0.0
+    forward_m: float = Field(default=0.1, ge=-3, le=3)
+    right_m: float = Field(default=0.0, ge=-3, le=3)
+    down_m: float = Field(default=0.0, ge=-3, le=3)
     roll_deg: float = Field(default=0.0, ge=-180, le=180)
     pitch_deg: float = Field(default=0.0, ge=-90, le=90)
     yaw_deg: float = Field(default=0.0, ge=-180, le=180)
@@ -104,10 +108,10 @@ class Camera(Strict):
     width_px: int = Field(default=848, ge=64, le=1920)
     height_px: int = Field(default=480, ge=48, le=1080)
     rate_hz: float = Field(default=30.0, gt=0, le=90)
-    focal_length_x_px: float = Field(default=421.6, gt=0)
-    focal_length_y_px: float = Field(default=421.6, gt=0)
-    principal_point_x_px: float = Field(default=424.0, gt=0)
-    principal_point_y_px: float = Field(default=240.0, gt=0)
+    focal_length_x_px: float = Field(default=421.6, gt=0, le=10000)
+    focal_length_y_px: float = Field(default=421.6, gt=0, le=10000)
+    principal_point_x_px: float = Field(default=424.0, gt=0, le=4000)
+    principal_point_y_px: float = Field(default=240.0, gt=0, le=4000)
     range_min_m: float = Field(default=0.3, gt=0)
     range_max_m: float = Field(default=10.0, gt=0, le=65)
     mounting: Mounting = Mounting()

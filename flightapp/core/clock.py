@@ -33,6 +33,10 @@ class SystemClock:
         """Fleet time in integer nanoseconds, for recordings."""
         return time.monotonic_ns() + self._offset_ns
 
+    def unix_s(self) -> float:
+        """The system's own clock now, for stamps that a driver took from it; it may have been stepped since the start."""
+        return time.time()
+
     def from_monotonic_ns(self, monotonic_ns: int) -> float:
         """Fleet time in seconds of a CLOCK_MONOTONIC stamp taken on this machine, by any process."""
         return (monotonic_ns + self._offset_ns) * 1e-9

@@ -58,11 +58,6 @@ class ObstacleSet:
     unseen: Array  # (k, 2)
 
 
-def no_obstacles(t_s: float) -> ObstacleSet:
-    """An observed, empty world at `t_s`."""
-    return ObstacleSet(t_s, np.zeros((0, 7)), np.zeros((0, 2)))
-
-
 @dataclass(frozen=True, slots=True)
 class Boundary:
     """The edge that the evader must not cross, as a polyline or (closed) polygon."""

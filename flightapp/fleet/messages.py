@@ -44,6 +44,8 @@ class SharedState:
     clearance_m: float | None
     link_age_s: float | None
     """Age of the oldest teammate state known to the sender."""
+    mission: str
+    """Digest of the sender's mission file: vehicles that fly different versions of it do not start together."""
     guards: tuple[str, ...] = ()
 
 
@@ -76,6 +78,7 @@ def decode_state(payload: bytes) -> SharedState:
             target_distance_m=_optional(fields["target_distance_m"]),
             clearance_m=_optional(fields["clearance_m"]),
             link_age_s=_optional(fields["link_age_s"]),
+            mission=str(fields["mission"]),
             guards=tuple(str(guard) for guard in fields["guards"]),
         )
     except (KeyError, TypeError, ValueError) as error:

@@ -48,7 +48,7 @@ class Operator:
 
     async def command(self, action: str, vehicle: str | None = None, timeout_s: float = 1.0) -> list[Acknowledgement]:
         """Send `action` to `vehicle` or, with None, to the whole fleet; the answers that came in time."""
-        command = Command(action, uuid.uuid4().hex, self._clock.now_s(), getpass.getuser())
+        command = Command(action, uuid.uuid4().hex, self._clock.now_s(), _user())
         return await asyncio.to_thread(self._ask, command, vehicle or "*", timeout_s)
 
     def _ask(self, command: Command, vehicle: str, timeout_s: float) -> list[Acknowledgement]:
@@ -68,3 +68,11 @@ class Operator:
             except MalformedPayloadError:
                 continue
         return answers
+
+
+def _user() -> str:
+    """Name of the person at the keyboard; empty where the system has none."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return ""

@@ -22,7 +22,10 @@ from flightapp.fleet.messages import (
 
 FUTURE_TOLERANCE_S = 0.2
 COMMAND_AGE_MAX_S = 5.0
+ALWAYS_ACCEPTED = ("land", "abort", "rtl")
+"""An operator whose clock is wrong must still be able to end a flight."""
 ANSWERS_REMEMBERED = 256
+COMPLAINTS_REMEMBERED = 64
 
 
 class Peer:
@@ -32,10 +35,13 @@ class Peer:
         self.state: SharedState | None = None
         self.lost = 0
         self.rejected = 0
+        self.ahead_s = 0.0
+        """How far the newest message was stamped ahead of the own clock."""
 
     def accept(self, state: SharedState, now_s: float) -> bool:
         """Take `state` if it is newer than what is known; reordered, repeated and future-stamped ones are refused."""
-        if state.sent_s > now_s + FUTURE_TOLERANCE_S or state.t_s > state.sent_s + FUTURE_TOLERANCE_S:
+        self.ahead_s = state.sent_s - now_s
+        if self.ahead_s > FUTURE_TOLERANCE_S or state.t_s > state.sent_s + FUTURE_TOLERANCE_S:
             self.rejected += 1
             return False
         known = self.state
@@ -68,6 +74,7 @@ class Team:
         self._name = name
         self._on_malformed = on_malformed
         self._sequence = 0
+        self._complaints: set[tuple[str, str]] = set()
         self._answered: OrderedDict[str, Acknowledgement] = OrderedDict()
         self.peers = {other: Peer() for other in others}
         self._publisher = session.declare_publisher(
@@ -98,12 +105,14 @@ class Team:
             try:
                 state = decode_state(sample.payload.to_bytes())
             except MalformedPayloadError as error:
-                self._on_malformed(name, str(error))
+                self._complain(name, str(error))
                 continue
             if state.vehicle != name:
-                self._on_malformed(name, f"state on the key of '{name}' claims to be '{state.vehicle}'")
+                self._complain(name, f"state on the key of '{name}' claims to be '{state.vehicle}'")
                 continue
-            self.peers[name].accept(state, now_s)
+            peer = self.peers[name]
+            if not peer.accept(state, now_s) and peer.ahead_s > FUTURE_TOLERANCE_S:
+                self._complain(name, f"states of '{name}' are stamped in the future; synchronise the clocks of the machines")
 
     def take_commands(self, now_s: float, accept: Callable[[Command], tuple[bool, str]]) -> None:
         """Answer every waiting operator command; a repeat gets the first answer again and changes nothing."""
@@ -113,7 +122,7 @@ class Team:
                 try:
                     command = decode_command(payload)
                 except MalformedPayloadError as error:
-                    self._on_malformed("operator", str(error))
+                    self._complain("operator", str(error))
                     continue
                 answer = self._answered.get(command.identifier)
                 if answer is None:
@@ -124,9 +133,15 @@ class Team:
                         self._answered.popitem(last=False)
                 query.reply(query.key_expr, encode_acknowledgement(answer))
 
+    def _complain(self, peer: str, text: str) -> None:
+        """Once for each peer and text: a peer that floods must not flood the log as well."""
+        if (peer, text) not in self._complaints and len(self._complaints) < COMPLAINTS_REMEMBERED:
+            self._complaints.add((peer, text))
+            self._on_malformed(peer, text)
+
     @staticmethod
     def _judge(command: Command, now_s: float, accept: Callable[[Command], tuple[bool, str]]) -> tuple[bool, str]:
         age_s = now_s - command.sent_s
-        if abs(age_s) > COMMAND_AGE_MAX_S:
+        if command.action not in ALWAYS_ACCEPTED and abs(age_s) > COMMAND_AGE_MAX_S:
             return False, f"command is {age_s:.1f} s old; at most {COMMAND_AGE_MAX_S:g} s are accepted"
         return accept(command)

@@ -35,10 +35,13 @@ def build_strategy(mission: Mission, vehicle: Vehicle, profile: Profile, mission
     """The planner or evader policy that the mission names; parameters from its file, then from the mission itself."""
     parameters: dict[str, object] = {}
     strategy = vehicle.strategy
-    if strategy.parameters_file is not None:
-        parameters.update(read_toml(mission_path.parent / strategy.parameters_file))
-    parameters.update(strategy.parameters)
     where = f"{mission_path}: strategy of '{vehicle.name}'"
+    if strategy.parameters_file is not None:
+        try:
+            parameters.update(read_toml(mission_path.parent / strategy.parameters_file))
+        except InputError as error:
+            raise InputError(f"{where}: parameters_file: {error}") from None
+    parameters.update(strategy.parameters)
     limits = limits_of(vehicle, profile)
     if vehicle.role == "evader":
         if strategy.name not in evader_names():
@@ -76,7 +79,7 @@ def _open_camera(camera: Camera, clock: SystemClock) -> DepthSource:
         if camera.source == "realsense":
             return RealSenseSource(
                 now_s=clock.now_s,
-                unix_s=clock.now_s,
+                unix_s=clock.unix_s,
                 width_px=camera.width_px,
                 height_px=camera.height_px,
                 rate_hz=camera.rate_hz,

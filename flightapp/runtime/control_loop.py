@@ -10,47 +10,26 @@ import asyncio
 import contextlib
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 import psutil
 
-from flightapp.config.mission import Mission, Vehicle
-from flightapp.config.profile import Profile
 from flightapp.core.clearance import NO_OBSTACLE_M, clearance_m
-from flightapp.core.clock import Clock
-from flightapp.core.types import (
-    Array,
-    Boundary,
-    Decision,
-    Limits,
-    Observation,
-    ObstacleSet,
-    Setpoint,
-    TargetTrack,
-    TeamMember,
-    VehicleState,
-)
-from flightapp.estimation.target_filter import TargetFilter
-from flightapp.fleet.messages import Command, SharedState
-from flightapp.fleet.team import Team
-from flightapp.planning.api import Planner
-from flightapp.runtime.heartbeat import Heartbeat
-from flightapp.runtime.journal import Journal
+from flightapp.core.types import Decision, Observation, ObstacleSet, Setpoint, TargetTrack, VehicleState
+from flightapp.fleet.messages import Command
+from flightapp.runtime.hover import Hover
 from flightapp.runtime.perception_thread import PerceptionThread
+from flightapp.runtime.rooms import Rooms
+from flightapp.runtime.teamwork import Teamwork
 from flightapp.safety.api import SafetyContext
-from flightapp.safety.supervisor import Supervisor
-from flightapp.vehicle.autopilot import Autopilot, Motion
+from flightapp.vehicle.autopilot import Motion
 
-AIRBORNE = ("IN_AIR", "TAKING_OFF", "LANDING")
-ACTIVE_PHASES = ("ready", "pursue")
-HOVER_GAIN_1_S = 0.8
-AT_REST_M_S = 0.6
-"""Below this speed a braking vehicle chooses the place to hover at."""
-TEAM_FORGOTTEN_S = 10.0
 STATUS_PERIOD_S = 1.0
 TEAM_PERIOD_S = 0.1
+MOTION_EXTRAPOLATION_MAX_S = 0.3
+TARGET_POSITION_SIGMA_M = 0.1
+TARGET_VELOCITY_SIGMA_M_S = 0.2
 
 
 class Guidance(Enum):
@@ -59,30 +38,9 @@ class Guidance(Enum):
     NONE = "none"
     """No setpoints: the autopilot flies by itself, or stands."""
     HOVER = "hover"
-    """Stay where the hover began."""
+    """Brake, then stay."""
     PLANNER = "planner"
     """The mission's strategy decides."""
-
-
-@dataclass(frozen=True, slots=True)
-class Rooms:
-    """The parts one control loop works with, built by `composition`."""
-
-    clock: Clock
-    mission: Mission
-    vehicle: Vehicle
-    profile: Profile
-    limits: Limits
-    autopilot: Autopilot
-    planner: Planner
-    supervisor: Supervisor
-    target_filter: TargetFilter
-    team: Team
-    journal: Journal
-    heartbeat: Heartbeat
-    boundary: Boundary
-    surveyed: ObstacleSet
-    """Obstacles known from the mission, for a vehicle that flies without a camera."""
 
 
 class ControlLoop:
@@ -91,6 +49,10 @@ class ControlLoop:
     def __init__(self, rooms: Rooms, on_command: Callable[[Command], tuple[bool, str]]) -> None:
         self._rooms = rooms
         self._on_command = on_command
+        self._teamwork = Teamwork(rooms)
+        self._hover = Hover(
+            rooms.mission.height_of(rooms.vehicle), rooms.limits.climb_rate_max_m_s, rooms.profile.control.altitude_gain_1_s
+        )
         self.perception: PerceptionThread | None = None
         self.guidance = Guidance.NONE
         self.phase = "preflight"
@@ -107,7 +69,6 @@ class ControlLoop:
         """True while an operator's hold replaces the planner."""
         self._wake = asyncio.Event()
         self._loop = asyncio.get_running_loop()
-        self._hover_at: Array | None = None
         self._yaw_rad = 0.0
         self._previous: Setpoint | None = None
         self._last_tick_s: float | None = None
@@ -125,9 +86,21 @@ class ControlLoop:
         self._process = psutil.Process()
         self._process.cpu_percent()
 
+    @property
+    def is_hovering(self) -> bool:
+        """True once a hover has come to rest."""
+        return self.guidance is Guidance.HOVER and self._hover.at_rest
+
     def wake_from_thread(self) -> None:
         """Called by the perception thread when a frame is done."""
         self._loop.call_soon_threadsafe(self._wake.set)
+
+    def hover_here(self) -> None:
+        """From now on brake, then stay where the vehicle came to rest, at mission height."""
+        motion = self._rooms.autopilot.motion()
+        self._yaw_rad = self._yaw_rad if motion is None else motion.state.yaw_rad
+        self._hover.restart()
+        self.guidance = Guidance.HOVER
 
     async def run(self) -> None:
         """Tick until cancelled."""
@@ -154,24 +127,6 @@ class ControlLoop:
                     self._rooms.journal.event("error", "control_loop", self.failure)
                 self._stop_moving()
 
-    def _stop_moving(self) -> None:
-        """Replace the setpoint that MAVSDK would go on repeating by standing still."""
-        if self.guidance is not Guidance.NONE:
-            with contextlib.suppress(Exception):
-                self._rooms.autopilot.send(Setpoint(np.zeros(3), self._yaw_rad))
-
-    def hover_here(self) -> None:
-        """From now on brake, then stay where the vehicle came to rest, at mission height."""
-        motion = self._rooms.autopilot.motion()
-        self._hover_at = None
-        self._yaw_rad = self._yaw_rad if motion is None else motion.state.yaw_rad
-        self.guidance = Guidance.HOVER
-
-    @property
-    def is_hovering(self) -> bool:
-        """True once a hover has come to rest."""
-        return self.guidance is Guidance.HOVER and self._hover_at is not None
-
     def tick(self, now_s: float) -> None:
         """One control period."""
         rooms = self._rooms
@@ -187,32 +142,31 @@ class ControlLoop:
         self._last_tick_s = now_s
         motion = rooms.autopilot.motion()
         self._update_target(now_s)
-        new_frame = self._take_obstacles(now_s, motion)
+        new_frame = self._take_obstacles(now_s)
         self._note_camera(now_s)
+        self._teamwork.note_silence(now_s)
         if motion is not None:
             rooms.journal.own(motion, now_s)
-            own = _moved_to(motion.state, now_s)
-            self._share_exclusions(now_s)
+            if self.perception is not None:
+                self.perception.exclude = self._teamwork.cut_outs(now_s)
             if self.guidance is not Guidance.NONE:
-                self._command(now_s, dt_s, own, now_s - motion.arrived_s, new_frame)
+                self._command(now_s, dt_s, _moved_to(motion.state, now_s), now_s - motion.arrived_s, new_frame)
             else:
                 self._guards = ()
-        if motion is not None and now_s >= self._publish_due_s:
-            period_s = 1.0 / rooms.profile.network.state_rate_hz
-            self._publish_due_s = max(self._publish_due_s + period_s, now_s)
-            self._publish(now_s, motion, status.landed_state in AIRBORNE)
+            self._publish(now_s, motion, status.armed and status.landed_state != "ON_GROUND")
         self._record_slow(now_s)
 
     def _command(self, now_s: float, dt_s: float, own: VehicleState, own_age_s: float, new_frame: bool) -> None:
         rooms = self._rooms
-        wish = self._planned(now_s, dt_s, own) if self.guidance is Guidance.PLANNER and not self.held else self._hover(own)
+        planning = self.guidance is Guidance.PLANNER and not self.held
+        wish = self._planned(now_s, dt_s, own) if planning else self._hover.setpoint(own, self._yaw_rad)
         context = SafetyContext(
             t_s=now_s,
             dt_s=dt_s,
             name=rooms.vehicle.name,
             own=own,
             own_age_s=own_age_s,
-            team=self._members(now_s, active_only=False),
+            team=self._teamwork.members(now_s, active_only=False),
             target=self.target,
             obstacles=self._obstacles,
             obstacles_age_s=now_s - self._obstacles.t_s,
@@ -237,7 +191,7 @@ class ControlLoop:
             t_s=now_s,
             dt_s=dt_s,
             own=own,
-            team=self._members(now_s, active_only=True),
+            team=self._teamwork.members(now_s, active_only=True),
             target=self.target,
             obstacles=self._obstacles,
             boundary=rooms.boundary,
@@ -248,55 +202,46 @@ class ControlLoop:
         except Exception as error:  # The planner is exchangeable; whatever it raises, the vehicle keeps hovering.
             if self.planner_failure is None:
                 self.planner_failure = f"{type(error).__name__}: {error}"
-            return self._hover(own)
+            return self._hover.setpoint(own, self._yaw_rad)
         latency_s = rooms.clock.now_s() - started_s
         self.decision = decision
         rooms.journal.decision(decision, latency_s, now_s)
         if decision.reason:
             rooms.journal.event("info", "mode", f"{decision.mode}: {decision.reason}", mode=decision.mode)
-        self._hover_at = None
-        velocity = decision.velocity_ned_m_s.astype(np.float64, copy=True)
-        velocity[2] = self._climb(own) + velocity[2]
+        self._hover.restart()
         self._yaw_rad = decision.yaw_rad
+        velocity = decision.velocity_ned_m_s.astype(np.float64, copy=True)
+        velocity[2] += self._hover.down_velocity_m_s(own)
         return Setpoint(velocity, decision.yaw_rad)
 
-    def _hover(self, own: VehicleState) -> Setpoint:
-        if self._hover_at is None:
-            if math.hypot(own.velocity_ned_m_s[0], own.velocity_ned_m_s[1]) > AT_REST_M_S:
-                return Setpoint(np.array([0.0, 0.0, self._climb(own)]), self._yaw_rad)
-            self._hover_at = own.position_ned_m.copy()
-        velocity = HOVER_GAIN_1_S * (self._hover_at - own.position_ned_m)
-        speed = math.hypot(velocity[0], velocity[1])
-        if speed > 1.0:
-            velocity[:2] /= speed
-        velocity[2] = self._climb(own)
-        return Setpoint(velocity, self._yaw_rad)
-
-    def _climb(self, own: VehicleState) -> float:
-        """Down velocity that closes the height error."""
-        rooms = self._rooms
-        error_m = -rooms.mission.height_of(rooms.vehicle) - float(own.position_ned_m[2])
-        limit = rooms.limits.climb_rate_max_m_s
-        return max(-limit, min(limit, rooms.profile.control.altitude_gain_1_s * error_m))
+    def _stop_moving(self) -> None:
+        """Replace the setpoint that MAVSDK would go on repeating by standing still."""
+        if self.guidance is not Guidance.NONE:
+            with contextlib.suppress(Exception):
+                self._rooms.autopilot.send(Setpoint(np.zeros(3), self._yaw_rad))
 
     def _update_target(self, now_s: float) -> None:
         rooms = self._rooms
         if rooms.vehicle.role == "evader":
             return
-        for peer in rooms.team.peers.values():
-            state = peer.state
-            if state is not None and state.role == "evader" and state.sequence != self._target_sequence:
-                self._target_sequence = state.sequence
-                rooms.target_filter.update(state.t_s, np.array(state.position_ned_m), np.array(state.velocity_ned_m_s), 0.1, 0.2)
+        state = self._teamwork.evader_state()
+        if state is not None and state.sequence != self._target_sequence:
+            self._target_sequence = state.sequence
+            rooms.target_filter.update(
+                state.t_s,
+                np.array(state.position_ned_m),
+                np.array(state.velocity_ned_m_s),
+                TARGET_POSITION_SIGMA_M,
+                TARGET_VELOCITY_SIGMA_M_S,
+            )
         self.target = rooms.target_filter.predict(now_s)
         if self.target is not None:
             rooms.journal.target(self.target, now_s)
 
-    def _take_obstacles(self, now_s: float, motion: Motion | None) -> bool:
+    def _take_obstacles(self, now_s: float) -> bool:
         """Newest obstacles; True when they come from a frame that was not used before."""
         if self.perception is None:
-            if motion is not None:
-                self._obstacles = ObstacleSet(now_s, self._rooms.surveyed.discs, self._rooms.surveyed.unseen)
+            self._obstacles = ObstacleSet(now_s, self._rooms.surveyed.discs, self._rooms.surveyed.unseen)
             return False
         newest = self.perception.newest
         if newest is None or newest.frame_number == self._last_frame:
@@ -317,64 +262,21 @@ class ControlLoop:
             text = f"no depth frame for {age_s:.1f} s" if silent else "depth frames come again"
             self._rooms.journal.event("warning" if silent else "info", "camera", text)
 
-    def _members(self, now_s: float, active_only: bool) -> tuple[TeamMember, ...]:
-        """Teammates at `now_s`: pursuers that take part for the planner, every airborne vehicle but the target for safety."""
-        members = []
-        for peer in self._rooms.team.peers.values():
-            state = peer.state
-            if state is None or state.role == "evader" or now_s - state.t_s > TEAM_FORGOTTEN_S:
-                continue
-            if not state.airborne or (active_only and state.phase not in ACTIVE_PHASES):
-                continue
-            age_s = now_s - state.t_s
-            moved = VehicleState(
-                now_s,
-                np.array(state.position_ned_m) + np.array(state.velocity_ned_m_s) * min(age_s, 0.5),
-                np.array(state.velocity_ned_m_s),
-                state.yaw_rad,
-            )
-            members.append(TeamMember(state.vehicle, moved, state.mode, state.eta_s, age_s))
-        return tuple(members)
-
-    def _share_exclusions(self, now_s: float) -> None:
-        """Tell perception where the other vehicles are, so that they do not become obstacles."""
-        if self.perception is None:
-            return
-        rows = [
-            (
-                state.position_ned_m[0] + state.velocity_ned_m_s[0] * min(1.0, now_s - state.t_s),
-                state.position_ned_m[1] + state.velocity_ned_m_s[1] * min(1.0, now_s - state.t_s),
-                self._rooms.limits.body_radius_m + 0.4,
-            )
-            for peer in self._rooms.team.peers.values()
-            if (state := peer.state) is not None
-        ]
-        self.perception.exclude = np.array(rows, dtype=np.float64).reshape(-1, 3)
-
     def _publish(self, now_s: float, motion: Motion, airborne: bool) -> None:
-        rooms = self._rooms
-        state, decision = motion.state, self.decision
-        planned = decision is not None and self.guidance is Guidance.PLANNER
-        ages = [now_s - peer.state.t_s for peer in rooms.team.peers.values() if peer.state is not None]
-        eta = decision.diagnostics.get("eta_s") if decision is not None and planned else None
-        rooms.team.publish(
-            SharedState(
-                vehicle=rooms.vehicle.name,
-                role=rooms.vehicle.role,
-                sequence=rooms.team.next_sequence(),
-                sent_s=now_s,
-                t_s=state.t_s,
-                position_ned_m=_triple(state.position_ned_m),
-                velocity_ned_m_s=_triple(state.velocity_ned_m_s),
-                yaw_rad=state.yaw_rad,
+        """Share the own state at the profile's rate."""
+        if now_s < self._publish_due_s:
+            return
+        self._publish_due_s = max(self._publish_due_s + 1.0 / self._rooms.profile.network.state_rate_hz, now_s)
+        self._rooms.team.publish(
+            self._teamwork.describe(
+                now_s,
+                motion.state,
                 airborne=airborne,
                 phase=self.phase,
-                mode=decision.mode if decision is not None and planned else self.phase,
+                decision=self.decision if self.guidance is Guidance.PLANNER else None,
                 outcome=self.outcome,
-                eta_s=float(eta) if isinstance(eta, (int, float)) and math.isfinite(eta) else None,
-                target_distance_m=None if self.target is None else _planar_distance(state, self.target),
+                target=self.target,
                 clearance_m=self._clearance_m,
-                link_age_s=max(ages) if ages else None,
                 guards=self._guards,
             )
         )
@@ -407,15 +309,6 @@ class ControlLoop:
 
 
 def _moved_to(state: VehicleState, now_s: float) -> VehicleState:
-    """`state` carried forward by its own velocity, at most 0.3 s."""
-    ahead_s = min(0.3, max(0.0, now_s - state.t_s))
+    """`state` carried forward by its own velocity, at most MOTION_EXTRAPOLATION_MAX_S."""
+    ahead_s = min(MOTION_EXTRAPOLATION_MAX_S, max(0.0, now_s - state.t_s))
     return VehicleState(now_s, state.position_ned_m + state.velocity_ned_m_s * ahead_s, state.velocity_ned_m_s, state.yaw_rad)
-
-
-def _planar_distance(state: VehicleState, target: TargetTrack) -> float:
-    offset = target.position_ned_m - state.position_ned_m
-    return math.hypot(float(offset[0]), float(offset[1]))
-
-
-def _triple(vector: Array) -> tuple[float, float, float]:
-    return float(vector[0]), float(vector[1]), float(vector[2])

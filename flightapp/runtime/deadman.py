@@ -2,12 +2,15 @@
 
 MAVSDK repeats the last offboard setpoint from a native thread at 20 Hz, also while our interpreter hangs, so PX4 would
 never notice. The deadman reads one byte a control period from a pipe. While the vehicle process says that setpoints may
-be flowing, silence of `timeout_s` means SIGKILL; the repeats stop with the process and PX4's own offboard-loss failsafe
-takes over. The deadman imports nothing that can hang and never talks to the autopilot.
+be flowing or that the vehicle is armed, silence of `timeout_s` means SIGKILL; the repeats stop with the process and PX4's own
+offboard-loss failsafe takes over. Outside OFFBOARD (take-off, return, landing) the autopilot goes on with the mode it is in.
+The deadman imports nothing that can hang, never talks to the autopilot, and reads the monotonic clock itself: it must not
+depend on anything of the process that it watches.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
 import signal
@@ -27,6 +30,7 @@ def run_guarded(command: Sequence[str], timeout_s: float) -> int:
 
     SIGTERM and SIGINT are passed on, so that the vehicle process lands and closes its recording.
     """
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # A lost terminal must not end a flight; the child inherits this.
     read_end, write_end = os.pipe()
     child = subprocess.Popen([*command, "--heartbeat-fd", str(write_end)], pass_fds=[write_end])
     os.close(write_end)
@@ -42,7 +46,7 @@ def run_guarded(command: Sequence[str], timeout_s: float) -> int:
         return status if 0 <= status <= EXIT_FAULT else _report(f"vehicle process ended by itself with status {status}")
     child.kill()
     child.wait()
-    return _report(f"deadman: control loop silent for {silence_s * 1e3:.0f} ms; vehicle process killed, PX4's failsafe acts")
+    return _report(f"deadman: control loop silent for {silence_s * 1e3:.0f} ms; vehicle process killed, the autopilot acts")
 
 
 def _watch(descriptor: int, timeout_s: float) -> float | None:
@@ -63,7 +67,9 @@ def _watch(descriptor: int, timeout_s: float) -> float | None:
 
 
 def _report(sentence: str) -> int:
-    print(sentence, file=sys.stderr, flush=True)  # noqa: T201 - the deadman has no other voice
+    with contextlib.suppress(OSError):  # A terminal that does not take the sentence must not hold the deadman.
+        os.set_blocking(sys.stderr.fileno(), False)
+        os.write(sys.stderr.fileno(), f"{sentence}\n".encode())
     return EXIT_FAULT
 
 

@@ -1,8 +1,9 @@
 """The mission executive: preflight, arm, take off, wait for the team, pursue, return, land.
 
 It reads like the mission it flies. Whatever ends the mission early is an `InterruptedMission` with the one action that
-follows; the table of conditions stands in `_check`. After a take-over by the pilot, or a failsafe of the autopilot, the
-app sends no mode change and no setpoint any more unless a person asks for it.
+follows; the conditions stand in `_check`. The app knows which flight modes it asked for. Any other mode means that the
+pilot, or a failsafe of the autopilot, has control: from then on it sends no setpoint and no mode change unless an operator
+asks for one. Heartbeats come once a second, so news of arming and mode is waited for before anything rests on it.
 """
 
 from __future__ import annotations
@@ -15,8 +16,10 @@ from enum import Enum
 from flightapp.core.errors import FlightError
 from flightapp.core.types import Array
 from flightapp.fleet.messages import Command
-from flightapp.runtime.control_loop import ControlLoop, Guidance, Rooms
+from flightapp.runtime.control_loop import ControlLoop, Guidance
 from flightapp.runtime.outcome import Outcome, crosses, outcome_of_team
+from flightapp.runtime.preflight import Preflight
+from flightapp.runtime.rooms import Rooms
 
 POLL_PERIOD_S = 0.02
 PREFLIGHT_TIMEOUT_S = 60.0
@@ -26,12 +29,19 @@ SETPOINTS_BEFORE_OFFBOARD = 15
 """PX4 accepts OFFBOARD only on a running stream (> 2 Hz for more than half a second)."""
 RETURN_TIMEOUT_S = 240.0
 BRAKE_TIMEOUT_S = 4.0
-RETRY_PERIOD_S = 1.0
+NEWS_TIMEOUT_S = 3.0
+"""How long a heartbeat that tells the present state is waited for; they come once a second."""
+SETTLING_S = 0.3
+"""From an acknowledged mode command to the first heartbeat that is believed to show its effect."""
+RETRY_PERIOD_S = 2.5
 GIVE_UP_LANDING_S = 20.0
-LINK_GIVE_UP_S = 30.0
-BATTERY_MIN_FRACTION = 0.2
-PILOT_MODES = ("MANUAL", "ALTCTL", "POSCTL", "ACRO", "STABILIZED", "RATTITUDE")
+LINK_GIVE_UP_S = 5.0
+"""Silence of a lost link after which the process ends, so that its setpoints end and the autopilot's failsafe acts."""
+WATCH_GIVE_UP_S = 30.0
+SHORT_HOLD_S = 3.0
 HEIGHT_REACHED_FRACTION = 0.9
+TARGET_AGE_MAX_S = 1.0
+PEER_AGE_MAX_S = 1.0
 
 
 class Next(Enum):
@@ -62,36 +72,43 @@ class Executive:
         self._rooms = rooms
         self._loop: ControlLoop
         self._wanted: InterruptedMission | None = None
-        self._in_control = False
-        self._in_offboard = False
+        self._arm_asked_s: float | None = None
+        self._own_modes: frozenset[str] = frozenset()
+        """Flight modes that this app asked for; empty while it is not in control."""
+        self._settling: tuple[float, frozenset[str]] | None = None
+        """(time, modes): from the first heartbeat after that time on, only these modes are the app's own."""
+        self._link_lost = False
         self._pursuing = False
         self._failure_handled = False
-        self._link_lost = False
+        self._stop_watching = False
 
     def attach(self, loop: ControlLoop) -> None:
         self._loop = loop
 
     def request_landing(self, reason: str) -> None:
-        """Land as soon as possible (termination signal)."""
-        self._want(Next.LAND, reason)
+        """Land as soon as possible (termination signal). A vehicle that somebody else flies is only let go of."""
+        if self._loop.phase == "released":
+            self._stop_watching = True
+        else:
+            self._want(Next.LAND, reason)
 
     def on_command(self, command: Command) -> tuple[bool, str]:
         """Operator command -> (accepted, text)."""
         who = f"operator {command.operator}" if command.operator else "operator"
+        phase = self._loop.phase
         self._rooms.journal.event("warning", "command", f"{command.action} from {who}", identifier=command.identifier)
-        match command.action:
-            case "hold":
-                self._loop.held = True
-                return True, "holding position"
-            case "resume":
-                self._loop.held = False
-                return True, "resumed"
-            case "rtl":
-                self._want(Next.RETURN, f"rtl from {who}")
-                return True, "returning"
-            case _:
-                self._want(Next.LAND, f"{command.action} from {who}")
-                return True, "landing"
+        if phase == "done":
+            return False, "the mission is over"
+        if command.action in ("hold", "resume"):
+            if phase not in ("ready", "pursue"):
+                return False, f"not possible in phase {phase}"
+            self._loop.held = command.action == "hold"
+            return True, "holding position" if self._loop.held else "resumed"
+        if command.action == "rtl":
+            self._want(Next.RETURN, f"rtl from {who}")
+            return True, "returning"
+        self._want(Next.LAND, f"{command.action} from {who}")
+        return True, "landing"
 
     async def fly(self) -> Outcome:
         """The whole mission; FlightError only where the vehicle cannot be brought down by this app."""
@@ -108,64 +125,72 @@ class Executive:
             action, outcome, reason = Next.LAND, Outcome.FAULT, str(error) or type(error).__name__
             self._rooms.journal.event("error", "fault", reason, kind=type(error).__name__)
         self._loop.outcome = outcome.value
-        if not self._rooms.autopilot.status().armed:
+        if await self._is_disarmed():
             self._enter("done", reason)
             return outcome
         return await self._bring_down(action, outcome, reason)
 
     async def _preflight(self) -> None:
-        """Wait until the autopilot is ready, say what is missing when it is not; a converging GPS is not a failure."""
+        """Wait until the vehicle is ready, say what is missing when it is not; a converging GPS is not a failure."""
         rooms = self._rooms
         self._enter("preflight", "")
+        preflight = Preflight(rooms, self._loop)
         deadline = rooms.clock.now_s() + PREFLIGHT_TIMEOUT_S
-        while missing := self._missing():
+        while missing := preflight.missing():
             if rooms.clock.now_s() > deadline:
                 raise FlightError(f"preflight: not ready within {PREFLIGHT_TIMEOUT_S:g} s: {'; '.join(missing)}")
             await self._tick()
-        battery = rooms.autopilot.battery()
-        if battery is not None and battery.remaining_fraction is not None and battery.remaining_fraction < BATTERY_MIN_FRACTION:
-            raise FlightError(
-                f"preflight: battery at {battery.remaining_fraction:.0%}, at least {BATTERY_MIN_FRACTION:.0%} is needed"
-            )
+        await preflight.check_parameters()
         height = rooms.mission.height_of(rooms.vehicle) - rooms.vehicle.start.ground_height_m
         return_height = rooms.mission.return_height_of(rooms.vehicle) - rooms.vehicle.start.ground_height_m
         await rooms.autopilot.set_heights(height, return_height)
 
-    def _missing(self) -> list[str]:
-        rooms = self._rooms
-        missing = list(rooms.autopilot.health().missing())
-        if rooms.autopilot.motion() is None:
-            missing.append("position")
-        if self._loop.perception is not None and self._loop.perception.newest is None:
-            missing.append(f"depth frames{f' ({self._loop.perception.failure})' if self._loop.perception.failure else ''}")
-        return missing
-
     async def _take_off(self) -> None:
-        rooms = self._rooms
+        rooms, loop = self._rooms, self._loop
         self._enter("arm", "")
+        self._check()
+        self._arm_asked_s = rooms.clock.now_s()
         await rooms.autopilot.arm()
+        self._check()
         self._enter("takeoff", "")
         await rooms.autopilot.takeoff()
-        await self._until(
-            lambda: rooms.autopilot.status().flight_mode in ("TAKEOFF", "HOLD"), MODE_TIMEOUT_S, "TAKEOFF was not reported"
-        )
-        self._in_control = True
+        self._take_control("TAKEOFF", "HOLD")
+        await self._climb()
+        loop.hover_here()
+        streaming = loop.setpoints_sent + SETPOINTS_BEFORE_OFFBOARD
+        await self._until(lambda: loop.setpoints_sent >= streaming, MODE_TIMEOUT_S, "no setpoints were sent")
+        await rooms.autopilot.start_offboard()
+        self._take_control("OFFBOARD")
+        await self._until(lambda: rooms.autopilot.status().flight_mode == "OFFBOARD", MODE_TIMEOUT_S, "OFFBOARD was not reported")
+        loop.in_offboard = True
+
+    async def _climb(self) -> None:
+        """Wait for the height. HOLD follows a finished take-off; a HOLD that stays below it was somebody's choice."""
+        rooms = self._rooms
         ground = rooms.vehicle.start.ground_height_m
         wanted = ground + HEIGHT_REACHED_FRACTION * (rooms.mission.height_of(rooms.vehicle) - ground)
-        await self._until(lambda: self._height_m() >= wanted, TAKEOFF_TIMEOUT_S, f"take-off did not reach {wanted:.1f} m")
-        self._loop.hover_here()
-        streaming = self._loop.setpoints_sent + SETPOINTS_BEFORE_OFFBOARD
-        await self._until(lambda: self._loop.setpoints_sent >= streaming, MODE_TIMEOUT_S, "no setpoints were sent")
-        await rooms.autopilot.start_offboard()
-        await self._until(lambda: rooms.autopilot.status().flight_mode == "OFFBOARD", MODE_TIMEOUT_S, "OFFBOARD was not reported")
-        self._in_offboard = self._loop.in_offboard = True
+        deadline = rooms.clock.now_s() + TAKEOFF_TIMEOUT_S
+        climbing_s = rooms.clock.now_s()
+        while self._height_m() < wanted:
+            now_s = rooms.clock.now_s()
+            settled = self._settling is None
+            if not (settled and rooms.autopilot.status().flight_mode == "HOLD"):
+                climbing_s = now_s
+            if now_s - climbing_s > SHORT_HOLD_S:
+                self._give_up_control()
+                raise InterruptedMission(Next.RELEASE, Outcome.ABORTED, "HOLD below the mission height: not this app's choice")
+            if now_s > deadline:
+                raise FlightError(f"take-off did not reach {wanted:.1f} m (waited {TAKEOFF_TIMEOUT_S:g} s)")
+            await self._tick()
 
     async def _wait_for_team(self) -> None:
         rooms = self._rooms
         self._enter("ready", "")
-        await self._until(
-            self._team_is_ready, rooms.mission.start_timeout_s, "the team was not ready in time", self._who_is_not_ready
-        )
+        deadline = rooms.clock.now_s() + rooms.mission.start_timeout_s
+        while waiting := self._not_ready():
+            if rooms.clock.now_s() > deadline:
+                raise FlightError(f"the team was not ready within {rooms.mission.start_timeout_s:g} s: {', '.join(waiting)}")
+            await self._tick()
 
     async def _pursue(self) -> Outcome:
         rooms, loop = self._rooms, self._loop
@@ -181,13 +206,12 @@ class Executive:
             if told is not None:
                 return self._end_pursuit(told, "told by the team")
             decision = loop.decision
-            if decision is not None and decision.diagnostics.get("captured") is True:
+            if decision is not None and decision.diagnostics.get("captured") is True and not loop.held:
                 return self._end_pursuit(Outcome.CAPTURED, "encirclement held for the dwell time")
             position = self._evader_position()
-            if position is not None:
-                if before is not None and crosses(rooms.boundary, before, position):
-                    return self._end_pursuit(Outcome.ESCAPED, "the evader crossed the boundary")
-                before = position
+            if position is not None and before is not None and crosses(rooms.boundary, before, position):
+                return self._end_pursuit(Outcome.ESCAPED, "the evader crossed the boundary")
+            before = position
             if rooms.clock.now_s() - started_s > rooms.mission.time_limit_s:
                 return self._end_pursuit(Outcome.TIMEOUT, f"time limit of {rooms.mission.time_limit_s:g} s")
 
@@ -201,11 +225,10 @@ class Executive:
     async def _bring_down(self, action: Next, outcome: Outcome, reason: str) -> Outcome:
         """Return or land, whatever happens on the way, until the vehicle is disarmed."""
         self._pursuing = False
-        self._in_offboard = False
         while True:
             try:
                 await self._execute(action, outcome, reason)
-                self._enter("done", "disarmed")
+                self._enter("done", "disarmed" if not self._stop_watching else "no longer watched")
                 return outcome
             except InterruptedMission as change:
                 if change.outcome is Outcome.FAULT:
@@ -229,9 +252,12 @@ class Executive:
         self._enter(action.value, reason)
         if loop.guidance is not Guidance.NONE and loop.failure is None:
             await self._brake()
-        command = rooms.autopilot.return_to_launch if action is Next.RETURN else rooms.autopilot.land
-        modes = ("RETURN_TO_LAUNCH", "LAND") if action is Next.RETURN else ("LAND",)
-        await self._insist(command, modes)
+        if action is Next.RETURN:
+            await self._insist(rooms.autopilot.return_to_launch, "RETURN_TO_LAUNCH", "LAND")
+        elif rooms.autopilot.status().landed_state == "ON_GROUND" and await self._disarmed_on_the_ground():
+            return
+        else:
+            await self._insist(rooms.autopilot.land, "LAND")
         loop.guidance = Guidance.NONE
         await self._until(
             lambda: not rooms.autopilot.status().armed,
@@ -239,13 +265,20 @@ class Executive:
             f"not on the ground {RETURN_TIMEOUT_S:g} s after '{action.value}'",
         )
 
+    async def _disarmed_on_the_ground(self) -> bool:
+        """Disarm a vehicle that stands; the autopilot refuses it to one that flies, whatever was reported."""
+        try:
+            await self._rooms.autopilot.disarm()
+        except FlightError:
+            return False
+        return True
+
     async def _watch_until_disarmed(self) -> None:
         """Somebody else flies: record until the vehicle is disarmed, or the link has been dead for long."""
         rooms = self._rooms
-        while rooms.autopilot.status().armed:
-            silent_s = rooms.clock.now_s() - rooms.autopilot.status().heartbeat_s
-            if silent_s > LINK_GIVE_UP_S:
-                raise FlightError(f"no heartbeat of the autopilot for {LINK_GIVE_UP_S:g} s after the app gave up control")
+        while rooms.autopilot.status().armed and not self._stop_watching:
+            if rooms.clock.now_s() - rooms.autopilot.status().heartbeat_s > WATCH_GIVE_UP_S:
+                raise FlightError(f"no heartbeat of the autopilot for {WATCH_GIVE_UP_S:g} s after the app gave up control")
             await self._tick()
 
     async def _brake(self) -> None:
@@ -255,32 +288,52 @@ class Executive:
         while not self._loop.is_hovering and self._rooms.clock.now_s() < give_up_s:
             await self._tick()
 
-    async def _insist(self, command: Callable[[], Awaitable[None]], modes: tuple[str, ...]) -> None:
-        """Repeat a mode command until the autopilot reports the mode; setpoints keep flowing meanwhile."""
+    async def _insist(self, command: Callable[[], Awaitable[None]], *modes: str) -> None:
+        """Command a mode until the autopilot reports it. Nothing is commanded before news of the present mode was judged."""
         rooms = self._rooms
         give_up_s = rooms.clock.now_s() + GIVE_UP_LANDING_S
-        while rooms.autopilot.status().armed:
-            refusal = ""
+        while True:
+            await self._news()
+            if not rooms.autopilot.status().armed or rooms.autopilot.status().flight_mode in modes:
+                return
+            if rooms.clock.now_s() > give_up_s:
+                raise FlightError(f"the autopilot did not change to {modes[0]} within {GIVE_UP_LANDING_S:g} s")
             try:
                 await command()
-            except FlightError as error:
-                refusal = str(error)
-                rooms.journal.event("error", "command_failed", refusal)
+            except Exception as error:  # A refusal, or MAVSDK itself: try again until it is time to give up.
+                rooms.journal.event("error", "command_failed", str(error))
+            else:
+                self._take_control(*modes)
             retry_s = rooms.clock.now_s() + RETRY_PERIOD_S
             while rooms.clock.now_s() < retry_s:
                 if rooms.autopilot.status().flight_mode in modes or not rooms.autopilot.status().armed:
                     return
                 await self._tick()
-            if rooms.clock.now_s() > give_up_s:
-                raise FlightError(f"the autopilot did not change to {modes[0]} within {GIVE_UP_LANDING_S:g} s {refusal}".rstrip())
 
-    async def _until(
-        self, condition: Callable[[], bool], timeout_s: float, failure: str, detail: Callable[[], str] | None = None
-    ) -> None:
+    async def _news(self) -> None:
+        """Wait for a heartbeat and judge it. On a lost link none comes: then end, so that the setpoints end too."""
+        rooms = self._rooms
+        asked_s = rooms.clock.now_s()
+        while rooms.autopilot.status().heartbeat_s <= asked_s:
+            if rooms.clock.now_s() - rooms.autopilot.status().heartbeat_s > NEWS_TIMEOUT_S + LINK_GIVE_UP_S:
+                raise FlightError(f"autopilot link lost: no heartbeat for {NEWS_TIMEOUT_S + LINK_GIVE_UP_S:g} s")
+            await self._tick()
+
+    async def _is_disarmed(self) -> bool:
+        """Whether the vehicle is disarmed, by a heartbeat that is newer than the last wish to arm."""
+        if self._arm_asked_s is None:
+            return True
+        rooms = self._rooms
+        asked_s = rooms.clock.now_s()
+        while rooms.autopilot.status().heartbeat_s <= asked_s and rooms.clock.now_s() < asked_s + NEWS_TIMEOUT_S:
+            await asyncio.sleep(POLL_PERIOD_S)
+        return not rooms.autopilot.status().armed
+
+    async def _until(self, condition: Callable[[], bool], timeout_s: float, failure: str) -> None:
         deadline = self._rooms.clock.now_s() + timeout_s
         while not condition():
             if self._rooms.clock.now_s() > deadline:
-                raise FlightError(f"{failure}{f': {detail()}' if detail is not None else ''} (waited {timeout_s:g} s)")
+                raise FlightError(f"{failure} (waited {timeout_s:g} s)")
             await self._tick()
 
     async def _tick(self) -> None:
@@ -291,16 +344,17 @@ class Executive:
     def _check(self) -> None:
         """The conditions that end a mission, most urgent first."""
         status = self._rooms.autopilot.status()
-        if self._in_control and status.flight_mode in PILOT_MODES:
-            self._in_control = self._in_offboard = False
-            raise InterruptedMission(Next.RELEASE, Outcome.ABORTED, f"{status.flight_mode}: the pilot has control")
-        if self._in_offboard and status.flight_mode != "OFFBOARD":
-            self._in_control = self._in_offboard = False
-            raise InterruptedMission(Next.RELEASE, Outcome.ABORTED, f"{status.flight_mode}: the autopilot's failsafe has control")
-        if self._in_control and not status.connected and not self._link_lost:
+        if self._settling is not None and status.heartbeat_s > self._settling[0]:
+            self._own_modes, self._settling = self._settling[1], None
+        if self._own_modes and status.armed and status.flight_mode not in self._own_modes:
+            self._give_up_control()
+            text = f"{status.flight_mode}: the pilot or the autopilot's failsafe has control"
+            raise InterruptedMission(Next.RELEASE, Outcome.ABORTED, text)
+        if self._own_modes and not status.connected and not self._link_lost:
             self._link_lost = True
             raise InterruptedMission(Next.LAND, Outcome.FAULT, "autopilot link lost: no heartbeat for 3 s")
-        if self._in_offboard and not status.armed:
+        if self._loop.in_offboard and not status.armed:
+            self._give_up_control()
             raise InterruptedMission(Next.RELEASE, Outcome.FAULT, "disarmed in flight")
         if self._wanted is not None:
             wanted, self._wanted = self._wanted, None
@@ -314,6 +368,17 @@ class Executive:
         if self._pursuing and perception is not None and perception.failure is not None:
             raise InterruptedMission(Next.LAND, Outcome.FAULT, f"perception failed: {perception.failure}")
 
+    def _take_control(self, *modes: str) -> None:
+        """The autopilot acknowledged `modes`; the mode it had counts as the app's own until a heartbeat can show the new one."""
+        present = self._rooms.autopilot.status().flight_mode
+        self._own_modes = frozenset((*modes, *self._own_modes, present))
+        self._settling = (self._rooms.clock.now_s() + SETTLING_S, frozenset(modes))
+
+    def _give_up_control(self) -> None:
+        self._own_modes, self._settling = frozenset(), None
+        self._loop.in_offboard = False
+        self._loop.guidance = Guidance.NONE
+
     def _want(self, action: Next, reason: str) -> None:
         self._wanted = InterruptedMission(action, Outcome.ABORTED, reason)
 
@@ -325,23 +390,27 @@ class Executive:
         motion = self._rooms.autopilot.motion()
         return -math.inf if motion is None else -float(motion.state.position_ned_m[2])
 
-    def _team_is_ready(self) -> bool:
-        return not self._not_ready()
-
-    def _who_is_not_ready(self) -> str:
-        return ", ".join(self._not_ready())
-
     def _not_ready(self) -> list[str]:
-        return [
-            name
-            for name, peer in self._rooms.team.peers.items()
-            if peer.state is None or peer.state.phase not in ("ready", "pursue")
-        ]
+        """Who of the team is missing, and why."""
+        now_s = self._rooms.clock.now_s()
+        waiting = []
+        for name, peer in self._rooms.team.peers.items():
+            state = peer.state
+            if state is None:
+                waiting.append(f"{name} (not heard)")
+            elif state.mission != self._rooms.mission_digest:
+                waiting.append(f"{name} (flies another version of the mission file)")
+            elif now_s - state.t_s > PEER_AGE_MAX_S:
+                waiting.append(f"{name} (silent for {now_s - state.t_s:.0f} s)")
+            elif state.phase not in ("ready", "pursue"):
+                waiting.append(f"{name} (in phase {state.phase})")
+        return waiting
 
     def _evader_position(self) -> Array | None:
-        """Planar position (2,) of the evader as known here."""
+        """Planar position (2,) of the evader as measured lately; a prediction alone decides nothing."""
         rooms = self._rooms
         if rooms.vehicle.role == "evader":
             motion = rooms.autopilot.motion()
             return None if motion is None else motion.state.position_ned_m[:2]
-        return None if self._loop.target is None else self._loop.target.position_ned_m[:2]
+        target = self._loop.target
+        return None if target is None or target.age_s > TARGET_AGE_MAX_S else target.position_ned_m[:2]

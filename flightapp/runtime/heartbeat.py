@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 
 ACTIVE = b"a"
 """Setpoints may be flowing: silence from now on means kill."""
@@ -26,4 +27,5 @@ class Heartbeat:
         except BlockingIOError:
             return  # The pipe is full because the deadman is not reading; it will find plenty when it does.
         except BrokenPipeError:
-            self._descriptor = None  # The deadman died; the parent-death signal makes this process land.
+            self._descriptor = None  # The deadman died: without it nobody may fly on.
+            signal.raise_signal(signal.SIGTERM)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import gc
+import hashlib
 import logging
 import os
 import signal
@@ -17,18 +18,20 @@ from flightapp.config.mission import load_mission
 from flightapp.config.profile import load_profile
 from flightapp.core.clock import SystemClock
 from flightapp.core.errors import FlightError, InputError
+from flightapp.core.line_log import LineLog
 from flightapp.core.parent_death import signal_on_parent_death
 from flightapp.estimation.target_filter import TargetFilter
 from flightapp.fleet.session import open_session
 from flightapp.fleet.team import Team
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.composition import build_perception, build_strategy, limits_of, surveyed_obstacles
-from flightapp.runtime.control_loop import ControlLoop, Rooms
+from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.executive import Executive
 from flightapp.runtime.heartbeat import Heartbeat
 from flightapp.runtime.inputs import check_inputs
 from flightapp.runtime.journal import Journal
 from flightapp.runtime.outcome import Outcome
+from flightapp.runtime.rooms import Rooms
 from flightapp.safety.supervisor import make_supervisor
 from flightapp.vehicle.pose_history import PoseHistory
 from flightapp.vehicle.px4 import Px4
@@ -77,6 +80,7 @@ async def fly(mission_path: Path, profile_path: Path, name: str, run: Path, seed
         rooms = Rooms(
             clock=clock,
             mission=mission,
+            mission_digest=hashlib.sha256(mission_path.read_bytes()).hexdigest()[:12],
             vehicle=vehicle,
             profile=profile,
             limits=limits_of(vehicle, profile),
@@ -116,6 +120,7 @@ async def fly(mission_path: Path, profile_path: Path, name: str, run: Path, seed
             task.cancel()
             with suppress(asyncio.CancelledError):
                 await task
+            autopilot.close()  # The deadman watches until MAVSDK, and with it its repeats, is gone.
             heartbeat.beat(active=False)
 
 
@@ -138,9 +143,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--heartbeat-fd", type=int, default=None)
     options = parser.parse_args(arguments)
-    logging.basicConfig(
-        level=logging.INFO, stream=sys.stderr, format="%(asctime)s.%(msecs)03d [%(name)s] %(message)s", datefmt="%H:%M:%S"
-    )
+    log = LineLog.install()
     if options.heartbeat_fd is not None:
         signal_on_parent_death(signal.SIGTERM, os.getppid())
     sys.setswitchinterval(THREAD_SWITCH_S)
@@ -148,11 +151,16 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         outcome = asyncio.run(fly(options.mission, options.profile, options.vehicle, options.run, options.seed, heartbeat))
     except InputError as error:
-        print(error, file=sys.stderr)  # noqa: T201
+        logging.getLogger(options.vehicle).error("%s", error)
         return 2
     except FlightError as error:
-        print(f"{options.vehicle}: {error}", file=sys.stderr)  # noqa: T201
+        logging.getLogger(options.vehicle).error("%s", error)
         return 3
+    except Exception:
+        logging.getLogger(options.vehicle).exception("vehicle process")
+        return 3
+    finally:
+        log.close()
     return EXIT_STATUS[outcome]
 
 

@@ -10,7 +10,7 @@ class SafetyParameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    separation_min_m: float = Field(default=1.5, gt=0)
+    separation_min_m: float = Field(default=1.5, gt=0, le=100)
     """Smallest distance between the centres of two vehicles of the fleet."""
     separation_buffer_m: float = Field(default=0.2, ge=0, le=5)
     """Room kept on top of `separation_min_m` for drift and estimation error."""
@@ -35,9 +35,9 @@ class SafetyParameters(BaseModel):
     response_lag_s: float = Field(default=0.35, gt=0, le=2)
     """From a setpoint to the vehicle's answer: velocity control, link and control period together."""
     vertical_acceleration_m_s2: float = Field(default=2.0, gt=0, le=10)
-    unseen_speed_m_s: float = Field(default=1.5, ge=0)
+    unseen_speed_m_s: float = Field(default=1.5, ge=0, le=5)
     """Top speed into a sector in which nothing was observed, and with an obstacle picture that is too old."""
-    own_state_age_max_s: float = Field(default=0.3, gt=0)
-    team_state_age_max_s: float = Field(default=1.0, gt=0)
-    obstacles_age_max_s: float = Field(default=0.5, gt=0)
+    own_state_age_max_s: float = Field(default=0.3, gt=0, le=1)
+    team_state_age_max_s: float = Field(default=1.0, gt=0, le=5)
+    obstacles_age_max_s: float = Field(default=0.5, gt=0, le=2)
     """Older obstacles slow the vehicle down; after three times this age it stops."""

@@ -75,6 +75,8 @@ class AutopilotCore:
         self.battery = Battery()
         self.setpoint: OffboardSetpoint | None = None
         self.heartbeat_due = True
+        self.heartbeat_on_change = True
+        """Send an extra heartbeat at each change of mode or arming; PX4 does, but a lossy link may swallow it."""
         self.status_texts: deque[tuple[int, str]] = deque(maxlen=50)
         self.home_set = False
         self._event = event

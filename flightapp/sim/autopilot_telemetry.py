@@ -153,7 +153,7 @@ class Telemetry:
         """Everything that is due now."""
         core, out = self._core, []
         t_s = core.t_s
-        if core.heartbeat_due or t_s >= self._next_heartbeat_s:
+        if (core.heartbeat_due and core.heartbeat_on_change) or t_s >= self._next_heartbeat_s:
             core.heartbeat_due = False
             self._next_heartbeat_s = t_s + _HEARTBEAT_S
             out.append(Outgoing(self.heartbeat()))

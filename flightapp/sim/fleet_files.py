@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import random
+import shutil
 import socket
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import psutil
 import tomli_w
 
 from flightapp.config.mission import Mission, Vehicle
@@ -15,6 +19,7 @@ from flightapp.config.profile import Profile
 from flightapp.core.errors import FlightError
 
 HOST = "127.0.0.1"
+SHARED_PREFIX = "flightapp-"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +37,16 @@ class VehicleFiles:
     @property
     def fleet_endpoint(self) -> str:
         return f"udp/{HOST}:{self.fleet_port}"
+
+
+def shared_folder() -> Path:
+    """A new folder in memory for the files that processes share; those of launchers that were killed are removed."""
+    root = Path("/dev/shm") if Path("/dev/shm").is_dir() else Path(tempfile.gettempdir())
+    for old in root.glob(f"{SHARED_PREFIX}*"):
+        owner = old.name.removeprefix(SHARED_PREFIX).partition("-")[0]
+        if owner.isdigit() and not psutil.pid_exists(int(owner)):
+            shutil.rmtree(old, ignore_errors=True)
+    return Path(tempfile.mkdtemp(prefix=f"{SHARED_PREFIX}{os.getpid()}-", dir=root))
 
 
 class ReservedPorts:

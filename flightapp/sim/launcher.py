@@ -13,7 +13,6 @@ import os
 import shutil
 import signal
 import sys
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -28,7 +27,7 @@ from flightapp.fleet.operator import Operator
 from flightapp.fleet.session import open_session
 from flightapp.recording.messages import TruthRecord
 from flightapp.recording.recorder import Recorder
-from flightapp.sim.fleet_files import HOST, ReservedPorts, VehicleFiles, prepare
+from flightapp.sim.fleet_files import HOST, ReservedPorts, VehicleFiles, prepare, shared_folder
 from flightapp.sim.progress import Progress
 from flightapp.sim.truth import TruthReader
 
@@ -70,8 +69,8 @@ class Launcher:
 
     async def run(self) -> dict[str, int]:
         """Fly the mission; the exit status of each vehicle process."""
-        shared = Path(tempfile.mkdtemp(prefix="flightapp-", dir="/dev/shm" if Path("/dev/shm").is_dir() else None))
         ports = ReservedPorts(2 * len(self._mission.vehicles))
+        shared = shared_folder()
         loop = asyncio.get_running_loop()
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, self.stop)
@@ -84,6 +83,8 @@ class Launcher:
             await self._end_everything()
             ports.release()
             shutil.rmtree(shared, ignore_errors=True)
+            for number in (signal.SIGINT, signal.SIGTERM):
+                loop.remove_signal_handler(number)
         self._write_run_facts(statuses)
         return statuses
 
@@ -111,7 +112,7 @@ class Launcher:
             *("-m", "flightapp.sim.mock_autopilot", "--mission", str(self._mission_path), "--vehicle", own.vehicle.name),
             *("--profile", str(own.profile), "--send-to", f"{HOST}:{own.mavlink_port}", "--truth", str(own.truth)),
             *("--seed", str(self._seed), "--log", str(self._run / f"{own.vehicle.name}-autopilot.jsonl")),
-            *("--param", "COM_OBL_RC_ACT=4", "--die-with-parent"),
+            *("--param", "COM_OBL_RC_ACT=4", "--param", "COM_RC_OVERRIDE=3", "--die-with-parent"),
         ]
 
     def _camera_command(self, own: VehicleFiles, files: list[VehicleFiles]) -> list[str]:

@@ -54,6 +54,7 @@ class Setup:
     parameters: dict[str, Value]
     noise: Noise | None
     seed: int
+    heartbeat_on_change: bool = True
 
 
 class EventLog:
@@ -93,6 +94,7 @@ def make_station(setup: Setup, event: EventLog) -> tuple[Station, FaultEngine]:
     core = AutopilotCore(
         vehicle=vehicle, estimator=estimator, frames=setup.frames, parameters=parameters, faults=faults, event=event
     )
+    core.heartbeat_on_change = setup.heartbeat_on_change
     return Station(core, faults, setup.system_id), faults
 
 
@@ -131,6 +133,7 @@ def setup_from(arguments: argparse.Namespace) -> Setup:
         parameters=overrides,
         noise=None if arguments.no_noise else Noise(),
         seed=arguments.seed * 1000 + system_id,
+        heartbeat_on_change=not arguments.slow_heartbeat,
     )
 
 
@@ -242,6 +245,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--param", action="append", default=[], metavar="NAME=VALUE", help="PX4 parameter; may be repeated")
     parser.add_argument("--seed", type=int, default=0, help="seed of noise, gusts and faults")
     parser.add_argument("--no-noise", action="store_true", help="a perfect position and velocity estimate")
+    parser.add_argument("--slow-heartbeat", action="store_true", help="no extra heartbeat when mode or arming change")
     parser.add_argument("--log", type=Path, help="file for the events, JSON lines (default: standard output)")
     parser.add_argument("--duration-s", type=_duration_s, help="end after this time")
     parser.add_argument("--die-with-parent", action="store_true", help="end when the parent process ends (Linux)")

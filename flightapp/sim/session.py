@@ -10,11 +10,12 @@ from flightapp.analysis import report
 from flightapp.config.mission import load_mission
 from flightapp.config.profile import load_profile
 from flightapp.core.errors import InputError
-from flightapp.recording.run_folder import create_run_folder
+from flightapp.recording.run_folder import create_run_folder, given_run_folder
 from flightapp.runtime.composition import build_strategy
 from flightapp.runtime.inputs import check_inputs
 from flightapp.runtime.outcome import Outcome
 from flightapp.runtime.vehicle_process import EXIT_STATUS
+from flightapp.sim.fault_script import load_fault_script
 from flightapp.sim.launcher import Launcher
 from flightapp.sim.progress import Progress
 
@@ -52,17 +53,15 @@ async def simulate(mission_path: Path, profile_path: Path, seed: int, folder: Pa
     for vehicle in mission.vehicles:
         check_inputs(mission, profile, mission_path, profile_path, vehicle.name)
         build_strategy(mission, vehicle, profile, mission_path, seed)
-    run = _given_folder(folder) if folder is not None else create_run_folder(profile.recording.folder, mission.name)
+    for name, script in mission.simulation.faults.items():
+        try:
+            load_fault_script(mission_path.parent / script)
+        except InputError as error:
+            raise InputError(f"{mission_path}: simulation.faults.{name}: {error}") from None
+    run = given_run_folder(folder) if folder is not None else create_run_folder(profile.recording.folder, mission.name)
     with Progress(mission.name) as progress:
         statuses = await Launcher(mission, profile, mission_path, profile_path, run, seed, progress).run()
     summary, page = report([run])
     faults = [name for name, status in statuses.items() if status == EXIT_STATUS[Outcome.FAULT] or status not in (0, 1)]
     outcome = Outcome(summary["outcome"]) if summary["outcome"] is not None else Outcome.FAULT
     return SimulationResult(summary, run, page, EXIT_STATUS[Outcome.FAULT if faults else outcome])
-
-
-def _given_folder(folder: Path) -> Path:
-    if folder.exists() and any(folder.iterdir()):
-        raise InputError(f"--run {folder}: exists and is not empty; name a new folder")
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder

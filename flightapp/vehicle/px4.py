@@ -20,6 +20,7 @@ from mavsdk.plugins.action import Action
 from mavsdk.plugins.info import Info
 from mavsdk.plugins.mavlink_direct import MavlinkDirect
 from mavsdk.plugins.offboard import Offboard, VelocityNedYaw
+from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry
 
 from flightapp.config.profile import Autopilot as AutopilotConfig
@@ -36,6 +37,11 @@ COMPANION_COMPONENT_ID = 191
 CONNECTION_LOST_S = 3.0
 COMMAND_TIMEOUT_S = 5.0
 VERSION_TIMEOUT_S = 3.0
+ORIGIN_PERIOD_S = 1.0
+COMPLAINTS = ("WARNING", "ERROR", "CRITICAL", "ALERT", "EMERGENCY")
+COMPLAINT_DELAY_S = 0.1
+"""The reason of a refusal comes as a status text beside the acknowledgement."""
+COMPLAINT_AGE_MAX_S = 3.0
 
 
 class Px4:
@@ -58,6 +64,8 @@ class Px4:
         self._battery: BatteryState | None = None
         self._health = (False, False, False)
         self._texts: deque[tuple[float, str, str]] = deque(maxlen=200)
+        self._complaints: deque[tuple[float, str]] = deque(maxlen=10)
+        self._origin_asked_s = -math.inf
         self._mavsdk: Any = None
 
     async def connect(self) -> str:
@@ -78,6 +86,7 @@ class Px4:
         self._action = Action(system)
         self._offboard = Offboard(system)
         self._direct = MavlinkDirect(system)
+        self._param = Param(system)
         self._subscribe()
         await self._set_rates()
         self._request_origin()
@@ -104,6 +113,14 @@ class Px4:
             "set the return height", lambda done: self._action.set_return_to_launch_altitude_async(return_m, done)
         )
 
+        await self._parameter("RTL_CONE_ANG", lambda: self._param.set_param_int("RTL_CONE_ANG", 0))
+
+    async def parameter_int(self, name: str) -> int:
+        return int(await self._parameter(name, lambda: self._param.get_param_int(name)))
+
+    async def parameter_float(self, name: str) -> float:
+        return float(await self._parameter(name, lambda: self._param.get_param_float(name)))
+
     async def arm(self) -> None:
         await self._command("arm", self._action.arm_async)
 
@@ -121,9 +138,6 @@ class Px4:
         if not math.isfinite(north + east + down + setpoint.yaw_rad):
             raise ValueError(f"setpoint is not finite: velocity {(north, east, down)} m/s, yaw {setpoint.yaw_rad} rad")
         self._offboard.set_velocity_ned(VelocityNedYaw(north, east, down, math.degrees(setpoint.yaw_rad)))
-
-    async def hold(self) -> None:
-        await self._command("hold", self._action.hold_async)
 
     async def return_to_launch(self) -> None:
         await self._command("return", self._action.return_to_launch_async)
@@ -179,6 +193,11 @@ class Px4:
         await self._command("set the landed-state rate", lambda done: self._telemetry.set_rate_landed_state_async(5.0, done))
 
     def _request_origin(self) -> None:
+        now_s = self._clock.now_s()
+        if now_s - self._origin_asked_s < ORIGIN_PERIOD_S:
+            return
+        self._origin_asked_s = now_s
+
         def take(result: Any, origin: Any, _user: Any) -> None:
             if result.name == "SUCCESS":
                 self._origin = GeodeticPoint(origin.latitude_deg, origin.longitude_deg, origin.altitude_m)
@@ -215,8 +234,18 @@ class Px4:
         except TimeoutError:
             raise FlightError(f"autopilot gave no answer to '{what}' within {COMMAND_TIMEOUT_S:g} s") from None
         if result.name != "SUCCESS":
-            texts = "; ".join(text for _, severity, text in self._texts if severity in ("WARNING", "ERROR", "CRITICAL"))
-            raise FlightError(f"autopilot refused '{what}': {result.name}{f' ({texts})' if texts else ''}")
+            await asyncio.sleep(COMPLAINT_DELAY_S)
+            lately_s = self._clock.now_s() - COMPLAINT_AGE_MAX_S
+            reasons = "; ".join(text for arrived_s, text in tuple(self._complaints) if arrived_s > lately_s)
+            raise FlightError(f"autopilot refused '{what}': {result.name}{f' ({reasons})' if reasons else ''}")
+
+    async def _parameter(self, name: str, call: Callable[[], Any]) -> Any:
+        """One parameter call, on the ground only: it blocks a thread of the default pool until the autopilot answers."""
+        try:
+            return await asyncio.to_thread(call)
+        except mavsdk.MavsdkError as error:
+            result = getattr(error, "result", None)
+            raise FlightError(f"parameter {name}: {getattr(result, 'name', error)}") from None
 
     def _on_attitude(self, attitude: Any, _user: Any) -> None:
         t_s = self._boot_clock.to_fleet_s(attitude.timestamp_us * 1e-6, self._clock.now_s())
@@ -265,4 +294,7 @@ class Px4:
         self._health = (health.is_global_position_ok, health.is_home_position_ok, health.is_armable)
 
     def _on_status_text(self, text: Any, _user: Any) -> None:
-        self._texts.append((self._clock.now_s(), text.type.name, text.text))
+        now_s = self._clock.now_s()
+        self._texts.append((now_s, text.type.name, text.text))
+        if text.type.name in COMPLAINTS:
+            self._complaints.append((now_s, text.text))

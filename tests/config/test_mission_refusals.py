@@ -175,3 +175,22 @@ def test_every_finding_gets_its_own_sentence(tmp_path: Path) -> None:
 
 def test_a_single_vehicle_without_an_evader_is_a_mission(tmp_path: Path) -> None:
     assert mission_refusal(tmp_path, at("vehicles", value=MISSION["vehicles"][:1])) == ""
+
+
+def test_a_return_below_an_obstacle_or_above_the_ceiling_is_refused(tmp_path: Path) -> None:
+    low = mission_refusal(tmp_path, at("return_height_m", value=8.0))
+    assert "return_height_m = 8.0" in low
+    assert "greater than the tallest obstacle, 9 m" in low
+    high = mission_refusal(tmp_path, at("return_height_m", value=14.5))
+    assert "vehicles[2] returns at 18.5 m" in high
+    assert "height_max_m = 18" in high
+
+
+def test_ground_above_the_flight_height_is_refused(tmp_path: Path) -> None:
+    refused = mission_refusal(tmp_path, at("vehicles", 0, "start", "ground_height_m", value=4.5))
+    assert "vehicles[0].start.ground_height_m = 4.5" in refused
+    assert "at least 1 m" in refused
+
+
+def test_a_dwell_longer_than_the_pursuit_is_refused(tmp_path: Path) -> None:
+    assert "capture.dwell_s" in mission_refusal(tmp_path, at("time_limit_s", value=1.0))

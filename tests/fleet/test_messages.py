@@ -39,6 +39,7 @@ states = st.builds(
     target_distance_m=st.none() | finite,
     clearance_m=st.none() | finite,
     link_age_s=st.none() | finite,
+    mission=st.sampled_from(["0123456789ab", ""]),
     guards=st.lists(st.sampled_from(["geofence", "separation"]), max_size=3).map(tuple),
 )
 
@@ -51,7 +52,7 @@ def test_a_state_survives_the_network(state: SharedState) -> None:
 def test_a_state_is_small_enough_for_ten_vehicles_on_one_radio() -> None:
     state = SharedState(
         "p1", "pursuer", 10**6, 1.7e9 + 0.123456, 1.7e9, (12.345678, -23.456789, -5.0), (4.1, -2.2, 0.1), 1.234567, True,
-        "pursue", "coarse", None, 12.345, 23.456, 1.234, 0.034, ("obstacle_stop",),
+        "pursue", "coarse", None, 12.345, 23.456, 1.234, 0.034, "0123456789ab", ("obstacle_stop",),
     )  # fmt: skip
     assert len(encode_state(state)) < 600
 

@@ -33,6 +33,7 @@ def shared_state(name: str, sequence: int, sent_s: float, **changes: object) -> 
         "target_distance_m": None,
         "clearance_m": None,
         "link_age_s": None,
+        "mission": "0123456789ab",
     }
     return SharedState(**(values | changes))  # type: ignore[arg-type]
 
@@ -129,10 +130,11 @@ def test_a_command_is_acknowledged_once_obeyed_once_and_refused_when_old(
         assert answers == [(True, "landing")]
         assert await ask(command) == [(True, "landing")]
         assert len(obeyed) == 1
-        old = await ask(Command("land", "2", clock.now_s() - 60.0, "ann"))
+        old = await ask(Command("resume", "2", clock.now_s() - 60.0, "ann"))
         assert not old[0][0]
         assert "60.0 s old" in old[0][1]
         assert len(obeyed) == 1
+        assert await ask(Command("land", "3", clock.now_s() - 60.0, "ann with a wrong clock")) == [(True, "landing")]
 
     asyncio.run(story())
 

@@ -75,4 +75,4 @@ def test_a_dead_link_ends_the_process_so_that_the_failsafe_can_act(tmp_path: Pat
         assert vehicle.process.wait(timeout=90) == 3
         reasons = " ".join(recording_of(vehicle).topic("/event").texts("text"))
         assert "autopilot link lost" in reasons
-        assert '"mode": "LAND"' in vehicle.mock_log.read_text()
+        until(lambda: '"mode": "LAND"' in vehicle.mock_log.read_text(), 10.0, "failsafe landing", vehicle)

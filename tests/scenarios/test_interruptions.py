@@ -7,7 +7,7 @@ from pathlib import Path
 
 from flightapp.recording.reader import read_recording
 from flightapp.recording.recover import recover
-from tests.runtime.one_vehicle import LAND, POSITION_CONTROL, one_vehicle, until
+from tests.runtime.one_vehicle import until
 from tests.scenarios.simulation import HOVER, ROOT, simulation
 
 VEHICLES = ("p1", "p2", "e1")
@@ -64,29 +64,6 @@ def test_when_the_launcher_is_killed_no_process_stays(tmp_path: Path) -> None:
         hover.process.wait()
         assert left
         until(lambda: hover.processes() == [], 60.0, "end of all processes")
-
-
-def test_the_pilot_takes_over_and_is_never_fought(tmp_path: Path) -> None:
-    script = tmp_path / "pilot.toml"
-    script.write_text(
-        "faults = [\n"
-        '  { target = "mode", verb = "wrong", mode = "POSCTL", when = { mode = "OFFBOARD", after_s = 4.0 } },\n'
-        '  { target = "mode", verb = "wrong", mode = "LAND", when = { mode = "POSCTL", after_s = 4.0 } },\n'
-        "]\n"
-    )
-    with one_vehicle(tmp_path, mock_arguments=("--scenario", str(script))) as vehicle:
-        vehicle.wait_for_offboard()
-        until(lambda: vehicle.relay.mode() == POSITION_CONTROL, 20.0, "pilot", vehicle)
-        taken_s = vehicle.relay.modes[-1][0]
-        until(lambda: vehicle.relay.mode() == LAND, 20.0, "pilot's landing", vehicle)
-        assert vehicle.process.wait(timeout=40) == 1
-        assert vehicle.relay.setpoints_s[-1] - taken_s < 0.5  # MAVSDK's own repeats included
-        assert [sent_s for sent_s in vehicle.relay.mode_commands_s if sent_s > taken_s] == []
-        recording = read_recording(vehicle.run / "e1.mcap")
-        assert recording.topic("/phase").texts("phase")[-2:] == ["released", "done"]
-        assert "the pilot has control" in recording.topic("/phase").texts("reason")[-2]
-        felt = [line for line in vehicle.mock_log.read_text().splitlines() if "fault_felt" in line]
-        assert felt
 
 
 def test_two_runs_side_by_side_do_not_meet(tmp_path: Path) -> None:

@@ -1,0 +1,52 @@
+"""Braking and standing still, and the height loop that PX4's velocity mode does not close by itself."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flightapp.core.types import Array, Setpoint, VehicleState
+
+GAIN_1_S = 0.8
+SPEED_MAX_M_S = 1.0
+AT_REST_M_S = 0.6
+"""Below this speed a braking vehicle chooses the place to hover at."""
+
+
+class Hover:
+    """Mission frame NED; `height_m` above the datum."""
+
+    def __init__(self, height_m: float, climb_rate_max_m_s: float, altitude_gain_1_s: float) -> None:
+        self._down_m = -height_m
+        self._climb_rate_max_m_s = climb_rate_max_m_s
+        self._altitude_gain_1_s = altitude_gain_1_s
+        self._place: Array | None = None
+
+    @property
+    def at_rest(self) -> bool:
+        """True once the vehicle has come to rest and keeps its place."""
+        return self._place is not None
+
+    def restart(self) -> None:
+        """Brake anew at the next setpoint."""
+        self._place = None
+
+    def setpoint(self, own: VehicleState, yaw_rad: float) -> Setpoint:
+        """Brake first, then stay where the vehicle came to rest."""
+        down = self.down_velocity_m_s(own)
+        if self._place is None:
+            if math.hypot(own.velocity_ned_m_s[0], own.velocity_ned_m_s[1]) > AT_REST_M_S:
+                return Setpoint(np.array([0.0, 0.0, down]), yaw_rad)
+            self._place = own.position_ned_m.copy()
+        velocity = GAIN_1_S * (self._place - own.position_ned_m)
+        speed = math.hypot(velocity[0], velocity[1])
+        if speed > SPEED_MAX_M_S:
+            velocity[:2] *= SPEED_MAX_M_S / speed
+        velocity[2] = down
+        return Setpoint(velocity, yaw_rad)
+
+    def down_velocity_m_s(self, own: VehicleState) -> float:
+        """Down velocity that closes the height error."""
+        limit = self._climb_rate_max_m_s
+        return max(-limit, min(limit, self._altitude_gain_1_s * (self._down_m - float(own.position_ned_m[2]))))

@@ -1,0 +1,40 @@
+"""The parts that one vehicle process is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flightapp.config.mission import Mission, Vehicle
+from flightapp.config.profile import Profile
+from flightapp.core.clock import Clock
+from flightapp.core.types import Boundary, Limits, ObstacleSet
+from flightapp.estimation.target_filter import TargetFilter
+from flightapp.fleet.team import Team
+from flightapp.planning.api import Planner
+from flightapp.runtime.heartbeat import Heartbeat
+from flightapp.runtime.journal import Journal
+from flightapp.safety.supervisor import Supervisor
+from flightapp.vehicle.autopilot import Autopilot
+
+
+@dataclass(frozen=True, slots=True)
+class Rooms:
+    """The parts one control loop works with, built by `composition` and `vehicle_process`."""
+
+    clock: Clock
+    mission: Mission
+    mission_digest: str
+    """Digest of the mission file, to find out whether all vehicles fly the same one."""
+    vehicle: Vehicle
+    profile: Profile
+    limits: Limits
+    autopilot: Autopilot
+    planner: Planner
+    supervisor: Supervisor
+    target_filter: TargetFilter
+    team: Team
+    journal: Journal
+    heartbeat: Heartbeat
+    boundary: Boundary
+    surveyed: ObstacleSet
+    """Obstacles known from the mission, for a vehicle that flies without a camera."""
