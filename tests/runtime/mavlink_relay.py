@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import selectors
 import socket
+import struct
 import threading
 import time
 
@@ -12,6 +13,7 @@ COMMAND_LONG = 76
 MODE_COMMANDS = (20, 21, 22, 176)
 """RETURN_TO_LAUNCH, LAND, TAKEOFF, DO_SET_MODE."""
 SET_POSITION_TARGET_LOCAL_NED = 84
+VELOCITY_OFFSET = 16
 AUTOPILOT_COMPONENT = 1
 
 
@@ -31,6 +33,8 @@ class MavlinkRelay(threading.Thread):
         self._stopping = False
         self.setpoints_s: list[float] = []
         """Monotonic times of setpoints on their way to the autopilot."""
+        self.velocities_m_s: list[tuple[float, float, float]] = []
+        """Velocity north, east, down of each of these setpoints."""
         self.mode_commands_s: list[float] = []
         """Monotonic times of commands that ask the autopilot for another mode."""
         self.modes: list[tuple[float, int]] = []
@@ -68,6 +72,7 @@ class MavlinkRelay(threading.Thread):
         for number, _, payload in _messages(data):
             if number == SET_POSITION_TARGET_LOCAL_NED:
                 self.setpoints_s.append(time.monotonic())
+                self.velocities_m_s.append(struct.unpack_from("<3f", payload.ljust(53, b"\0"), VELOCITY_OFFSET))
             elif number == COMMAND_LONG and int.from_bytes(payload[28:30].ljust(2, b"\0"), "little") in MODE_COMMANDS:
                 self.mode_commands_s.append(time.monotonic())
 

@@ -60,8 +60,8 @@ def one_vehicle(
     script: Path | None = None,
     script_arguments: Sequence[str] = (),
 ) -> Iterator[OneVehicle]:
-    """Start mock, relay and vehicle process for tests/missions/hover.toml; end them whatever happens."""
-    mission_path = ROOT / "tests/missions/hover.toml"
+    """Start mock, relay and vehicle process for missions/hover.toml; end them whatever happens."""
+    mission_path = ROOT / "missions/hover.toml"
     loaded, profile = load_mission(mission_path), load_profile(ROOT / "profiles/sim.toml")
     run = folder / "run"
     run.mkdir()

@@ -18,7 +18,7 @@ import psutil
 
 ROOT = Path(__file__).parents[2]
 DEMO = ROOT / "missions/demo_two_pursuers.toml"
-HOVER = ROOT / "tests/missions/hover.toml"
+HOVER = ROOT / "missions/hover.toml"
 
 
 @dataclass
