@@ -4,9 +4,28 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from flightapp.core.types import Decision, Observation
+from flightapp.core.types import (
+    Boundary,
+    Decision,
+    Limits,
+    Observation,
+    ObstacleSet,
+    TargetTrack,
+    TeamMember,
+    VehicleState,
+)
 
-__all__ = ["Decision", "Observation", "Planner"]
+__all__ = [
+    "Boundary",
+    "Decision",
+    "Limits",
+    "Observation",
+    "ObstacleSet",
+    "Planner",
+    "TargetTrack",
+    "TeamMember",
+    "VehicleState",
+]
 
 
 class Planner(Protocol):

@@ -61,11 +61,12 @@ def nearest_on(point: Point, sides: Sequence[Segment]) -> Point:
 
 
 def crosses(start: Point, end: Point, sides: Sequence[Segment]) -> bool:
-    """Whether the way `start` -> `end` passes through the polyline `sides`."""
-    return any(
-        _side_of(a, b, start) * _side_of(a, b, end) < 0.0 and _side_of(start, end, a) * _side_of(start, end, b) <= 0.0
-        for a, b in sides
-    )
+    """Whether the way `start` -> `end` meets the polyline `sides`; arriving on it counts, moving along it does not."""
+    for a, b in sides:
+        before, after = _side_of(a, b, start), _side_of(a, b, end)
+        if before != after and before * after <= 0.0 and _side_of(start, end, a) * _side_of(start, end, b) <= 0.0:
+            return True
+    return False
 
 
 def _side_of(a: Point, b: Point, point: Point) -> float:

@@ -14,10 +14,10 @@ from collections.abc import Awaitable, Callable
 from enum import Enum
 
 from flightapp.core.errors import FlightError
-from flightapp.core.types import Array
 from flightapp.fleet.messages import Command
+from flightapp.planning.plane import Point, crosses, planar, segments
 from flightapp.runtime.control_loop import ControlLoop, Guidance
-from flightapp.runtime.outcome import Outcome, crosses, outcome_of_team
+from flightapp.runtime.outcome import Outcome, outcome_of_team
 from flightapp.runtime.preflight import Preflight
 from flightapp.runtime.rooms import Rooms
 
@@ -200,6 +200,7 @@ class Executive:
         self._pursuing = True
         started_s = rooms.clock.now_s()
         before = None
+        edge = segments(rooms.boundary)
         while True:
             await self._tick()
             told = outcome_of_team(peer.state.outcome for peer in rooms.team.peers.values() if peer.state is not None)
@@ -209,7 +210,7 @@ class Executive:
             if decision is not None and decision.diagnostics.get("captured") is True and not loop.held:
                 return self._end_pursuit(Outcome.CAPTURED, "encirclement held for the dwell time")
             position = self._evader_position()
-            if position is not None and before is not None and crosses(rooms.boundary, before, position):
+            if position is not None and before is not None and crosses(before, position, edge):
                 return self._end_pursuit(Outcome.ESCAPED, "the evader crossed the boundary")
             before = position
             if rooms.clock.now_s() - started_s > rooms.mission.time_limit_s:
@@ -406,11 +407,11 @@ class Executive:
                 waiting.append(f"{name} (in phase {state.phase})")
         return waiting
 
-    def _evader_position(self) -> Array | None:
-        """Planar position (2,) of the evader as measured lately; a prediction alone decides nothing."""
+    def _evader_position(self) -> Point | None:
+        """Planar position (north, east) of the evader as measured lately; a prediction alone decides nothing."""
         rooms = self._rooms
         if rooms.vehicle.role == "evader":
             motion = rooms.autopilot.motion()
-            return None if motion is None else motion.state.position_ned_m[:2]
+            return None if motion is None else planar(motion.state.position_ned_m)
         target = self._loop.target
-        return None if target is None or target.age_s > TARGET_AGE_MAX_S else target.position_ned_m[:2]
+        return None if target is None or target.age_s > TARGET_AGE_MAX_S else planar(target.position_ned_m)

@@ -5,10 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from enum import StrEnum
 
-import numpy as np
-
-from flightapp.core.types import Array, Boundary
-
 
 class Outcome(StrEnum):
     """Result of one mission as one vehicle knows it."""
@@ -32,22 +28,3 @@ def outcome_of_team(outcomes: Iterable[str | None]) -> Outcome | None:
         if outcome in told:
             return outcome
     return None
-
-
-def crosses(boundary: Boundary, before_m: Array, after_m: Array) -> bool:
-    """Whether the segment `before_m` -> `after_m`, (2,) each, meets the boundary."""
-    starts = boundary.vertices_m
-    ends = np.roll(starts, -1, axis=0)
-    if not boundary.closed:
-        starts, ends = starts[:-1], ends[:-1]
-    edge = ends - starts
-    step = after_m - before_m
-    side_before = _cross(edge, before_m - starts)
-    side_after = _cross(edge, after_m - starts)
-    side_start = _cross(step, starts - before_m)
-    side_end = _cross(step, ends - before_m)
-    return bool(np.any((side_before * side_after <= 0.0) & (side_start * side_end <= 0.0) & (side_before != side_after)))
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
