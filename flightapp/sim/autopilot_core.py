@@ -85,7 +85,6 @@ class AutopilotCore:
         self._has_flown = False
         self._grounded_since_s: float | None = 0.0
         self._landed_since_s = 0.0
-        self._impact_m_s = 0.0
         self._later: list[tuple[float, Callable[[], None]]] = []
         self._mode_fault: ActiveFault | None = None
         self._battery_warned = 0
@@ -384,7 +383,6 @@ class AutopilotCore:
                 self.landed = False
                 self.status(INFO, "Takeoff detected")
             self._has_flown = True
-            self._impact_m_s = 0.0
             return
         if self._grounded_since_s is None:
             self._grounded_since_s = self.t_s

@@ -246,7 +246,6 @@ class ActiveFault:
         self.met_s: float | None = None
         """When the condition was met."""
         self.began_s: float | None = None
-        self.ended = False
         self.felt_count = 0
         self.t_s = 0.0
         self._report = report
@@ -297,7 +296,6 @@ class FaultEngine:
             duration = active.fault.duration_s
             if duration is not None and active.began_s is not None and t_s >= active.began_s + duration:
                 self._running.remove(active)
-                active.ended = True
                 self._by_target = {target: fault for fault in self._running for target in fault.fault.targets()}
                 self._report("ended", active, "")
 

@@ -51,13 +51,10 @@ class Processes:
 class Launcher:
     """Runs one mission; `stop` may be called at any time, from a signal handler."""
 
-    def __init__(
-        self, mission: Mission, profile: Profile, mission_path: Path, profile_path: Path, run: Path, seed: int, progress: Progress
-    ) -> None:
+    def __init__(self, mission: Mission, profile: Profile, mission_path: Path, run: Path, seed: int, progress: Progress) -> None:
         self._mission = mission
         self._profile = profile
         self._mission_path = mission_path.resolve()
-        self._profile_path = profile_path
         self._run = run
         self._seed = seed
         self._progress = progress

@@ -28,11 +28,13 @@ class SimulationResult:
     run: Path
     page: Path
     exit_status: int
+    faults: tuple[str, ...]
+    """One sentence for each vehicle process that failed."""
 
     def text(self) -> str:
         """A few lines for a person."""
         summary = self.summary
-        lines = [f"outcome: {summary['outcome']}"]
+        lines = [f"outcome: {summary['outcome']}", *self.faults]
         for label, name, unit in (
             ("captured after", "capture_time_s", "s"),
             ("smallest clearance to an obstacle", "min_obstacle_clearance_m", "m"),
@@ -60,8 +62,9 @@ async def simulate(mission_path: Path, profile_path: Path, seed: int, folder: Pa
             raise InputError(f"{mission_path}: simulation.faults.{name}: {error}") from None
     run = given_run_folder(folder) if folder is not None else create_run_folder(profile.recording.folder, mission.name)
     with Progress(mission.name) as progress:
-        statuses = await Launcher(mission, profile, mission_path, profile_path, run, seed, progress).run()
+        statuses = await Launcher(mission, profile, mission_path, run, seed, progress).run()
     summary, page = report([run])
-    faults = [name for name, status in statuses.items() if status == EXIT_STATUS[Outcome.FAULT] or status not in (0, 1)]
+    failed = {name: status for name, status in statuses.items() if status not in (0, 1)}
+    faults = tuple(f"fault: {name}: vehicle process ended with status {status}" for name, status in failed.items())
     outcome = Outcome(summary["outcome"]) if summary["outcome"] is not None else Outcome.FAULT
-    return SimulationResult(summary, run, page, EXIT_STATUS[Outcome.FAULT if faults else outcome])
+    return SimulationResult(summary, run, page, EXIT_STATUS[Outcome.FAULT if faults else outcome], faults)
