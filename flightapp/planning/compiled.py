@@ -16,8 +16,8 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def compiled(signature: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Decorator that compiles a function of floats and float64 arrays for `signature`."""
+def compiled(signature: object) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Decorator that compiles a function of floats, float64 arrays and records for `signature` (text or a numba type)."""
 
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
         kernel: Callable[P, R] = numba.njit(signature, cache=True, error_model="numpy")(function)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field, model_validator
 
 from flightapp.planning.capture import CaptureRule
@@ -15,6 +17,23 @@ class Ac2fParameters(StrategyParameters):
     """The mission's capture section."""
     evader_speed_assumed_m_s: float = Field(default=4.0, gt=0)
     """Top speed of the evader in the game."""
+
+    # what the planner is made of: the named variants are choices here
+    stages: Literal["both", "coarse", "fine"] = "both"
+    """Coarse and fine, or one of them only."""
+    goal: Literal["game", "evader"] = "game"
+    """Far from the evader: to the game point on Apollonius circles, or to the evader's present position."""
+    game: Literal["intersection", "union"] = "intersection"
+    """The region whose point nearest to the boundary is the game point; `union` is the source's literal reading."""
+    lead: bool = True
+    """Aim at the intercept of the evader's predicted motion, and at a slot around it; False: at its present position."""
+    avoidance: Literal["search", "field"] = "search"
+    """Coarse stage: the velocity nearest to the deflected wish that can brake before every disc, or the plain potential field
+    with the speed limited by what can be braked before the first obstacle ahead (the source's form)."""
+    admissibility: bool = True
+    """Fine stage: an arc is allowed only if braking along it stays free of collision, too."""
+    terminal_adaptation: bool = True
+    """Below the fine distance: heading and velocity weights swapped, short horizon."""
 
     # state machine
     fine_distance_m: float = Field(default=4.0, gt=0)
