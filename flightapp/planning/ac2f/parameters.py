@@ -20,7 +20,8 @@ class Ac2fParameters(StrategyParameters):
 
     # what the planner is made of: the named variants are choices here
     stages: Literal["both", "coarse", "fine"] = "both"
-    """Coarse and fine, or one of them only."""
+    """Coarse and fine; `coarse`: never fine, the capture condition leads to tracking at once; `fine`: always fine while the target
+    is fresh, without time limit, trap trigger and tracking."""
     goal: Literal["game", "evader"] = "game"
     """Far from the evader: to the game point on Apollonius circles, or to the evader's present position."""
     game: Literal["intersection", "union"] = "intersection"
@@ -80,6 +81,8 @@ class Ac2fParameters(StrategyParameters):
     """Width of the memory kernel."""
     memory_weight: float = Field(default=0.15, ge=0)
     """Weight of the memory penalty after an oscillation trigger."""
+    memory_release_m: float = Field(default=3.0, gt=0)
+    """The memory penalty ends this far from where the oscillation was noticed."""
     weight_heading: float = Field(default=0.6392, ge=0)
     """alpha at or above the fine distance; swapped with gamma below it."""
     weight_clearance: float = Field(default=0.0490, ge=0)
@@ -104,10 +107,14 @@ class Ac2fParameters(StrategyParameters):
     """Lag of the velocity loop; motions are judged from where this lag puts the vehicle."""
     obstacle_range_m: float = Field(default=15.0, gt=0)
     """Obstacles beyond are ignored."""
+    leave_first_m: float = Field(default=0.1, ge=0)
+    """Deeper than this inside the margin of an obstacle, leaving it comes before everything, in the fine stage, too."""
     unseen_speed_m_s: float = Field(default=1.5, gt=0)
     """Speed limit into a sector that was not observed."""
 
     # target and team
+    prediction_max_s: float = Field(default=1.0, ge=0)
+    """Older states of teammates and evader are moved on with their velocity over no more than this."""
     slot_range_m: float = Field(default=12.0, gt=0)
     """Within this distance of the evader the goal is the own slot around it."""
     lead_range_m: float = Field(default=25.0, gt=0)
@@ -120,6 +127,16 @@ class Ac2fParameters(StrategyParameters):
     """Approach speed to the slot per metre of way left."""
     slot_braking_share: float = Field(default=0.5, gt=0, le=1)
     """Share of the acceleration limit that the approach to the slot plans with."""
+    slot_look_ahead_s: float = Field(default=0.3, ge=0)
+    """A slot is kept free of obstacles where the evader will be after this time."""
+    slot_clearance_m: float = Field(default=0.3, ge=0)
+    """A slot this far from every inflated edge is free."""
+    slot_spare_deg: float = Field(default=5.0, ge=0)
+    """A slot that is not free moves by at most what the encirclement allows, less this."""
+    slot_leave_share: float = Field(default=0.2, ge=0, le=1)
+    """Within the evader's keep-out the way to the slot leads outwards by this share of the speed, the rest of it around."""
+    slot_leave_gain: float = Field(default=2.0, ge=0)
+    """And by this much more per depth in the keep-out, as a share of the keep-out."""
     evader_keep_out_m: float = Field(default=1.5, ge=0)
     """Smallest distance from the evader, where the hold radius is larger than this; otherwise contact is allowed."""
     evader_path_margin_m: float = Field(default=0.3, ge=0)
@@ -127,6 +144,10 @@ class Ac2fParameters(StrategyParameters):
     team_separation_m: float = Field(default=2.2, gt=0)
     """Smallest distance from a teammate, centre to centre; less only where the hold radius demands it. The sum of
     separation_min_m, separation_buffer_m and separation_passing_m of the supervisor, which then has nothing to add."""
+    team_body_gap_m: float = Field(default=0.05, ge=0)
+    """And never less than two body radii and this."""
+    team_chord_share: float = Field(default=0.95, gt=0, le=1)
+    """What the hold radius demands, as a share of the distance of neighbouring slots."""
     vehicle_disc_m: float = Field(default=0.25, ge=0)
     """A disc whose surface is this near to where another vehicle's centre is or was within the trail is that vehicle: less than
     a body radius, so that no obstacle can be there."""

@@ -139,22 +139,51 @@ ACTION_FIELDS = [
     ("brakings", "i8"),  # candidates rejected on their braking arc
 ]
 
+REPORT_FIELDS = [
+    ("stage", "i8"),
+    ("reason", "i8"),  # index in stage.sentences
+    ("yaw_rad", "f8"),
+    ("has_goal", "?"),
+    ("goal_n", "f8"),
+    ("goal_e", "f8"),
+    ("target_known", "?"),
+    ("distance_m", "f8"),
+    ("closest_m", "f8"),
+    ("clearance_m", "f8"),
+    ("surrounded", "?"),
+    ("captured", "?"),
+    ("memory_weight", "f8"),
+    ("played", "?"),  # the game was solved in this step: the next five are valid
+    ("eta_s", "f8"),
+    ("contested", "?"),
+    ("point_n", "f8"),
+    ("point_e", "f8"),
+    ("searched", "?"),  # the dynamic window was searched
+]
+
 PARAMETERS = np.dtype(PARAMETER_FIELDS, align=True)
 MEMORY = np.dtype(MEMORY_FIELDS, align=True)
 VIEW = np.dtype(VIEW_FIELDS, align=True)
 INTENT = np.dtype(INTENT_FIELDS, align=True)
 ACTION = np.dtype(ACTION_FIELDS, align=True)
+REPORT = np.dtype(REPORT_FIELDS, align=True)
 
 
-def _passed(dtype: np.dtype[np.void]) -> object:
+def _passed(dtype: np.dtype[np.void]) -> numba.types.Type:
     return numba.types.Array(numba.from_dtype(dtype), 1, "C")
 
 
+NUMBER = numba.float64
+WHOLE = numba.int64
+TRUTH = numba.boolean
+VECTOR = numba.float64[::1]
+ROWS = numba.float64[:, ::1]
 PARAMETERS_TYPE = _passed(PARAMETERS)
 MEMORY_TYPE = _passed(MEMORY)
 VIEW_TYPE = _passed(VIEW)
 INTENT_TYPE = _passed(INTENT)
 ACTION_TYPE = _passed(ACTION)
+REPORT_TYPE = _passed(REPORT)
 
 
 def parameter_record(parameters: Ac2fParameters, limits: Limits) -> Record:
@@ -175,6 +204,15 @@ def parameter_record(parameters: Ac2fParameters, limits: Limits) -> Record:
     record["evader_distance_m"] = keep_out if rule.slot_radius_m > keep_out else 0.0
     record["oscillation_samples"] = max(2, round(parameters.oscillation_window_s / parameters.control_period_s))
     return record
+
+
+def blank_memory() -> Record:
+    """The memory (1,) of a planner that has seen nothing."""
+    memory = np.zeros(1, MEMORY)
+    memory["history_next_s"] = -np.inf
+    memory["trail_next_s"] = -np.inf
+    memory["dwell_since_s"] = np.nan
+    return memory
 
 
 def _fill(record: Record, model: Ac2fParameters | CaptureRule, prefix: str = "") -> None:
