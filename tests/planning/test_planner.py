@@ -15,7 +15,6 @@ from flightapp.core.types import Array, Boundary, Observation, ObstacleSet, Targ
 from flightapp.planning import evader_names, make_evader, make_planner, planner_names
 from flightapp.planning.ac2f import Ac2fParameters
 from flightapp.planning.ac2f.history import History
-from flightapp.planning.ac2f.slots import slot_bearings
 from tests.planning.closed_loop import disc, limits
 
 LINE = Boundary(np.array([[0.0, -50.0], [0.0, 50.0]]), False)
@@ -167,18 +166,6 @@ def test_a_sighting_of_the_evader_is_not_an_obstacle() -> None:
     assert sighting.diagnostics["clearance_m"] == 15.0
     tree = planner.step(observation(0.1, target=(4.5, 0.0), discs=[disc(4.5, 1.0, 0.3)]))
     assert tree.diagnostics["clearance_m"] < 5.0
-
-
-@given(st.lists(st.tuples(st.floats(-20, 20), st.floats(-20, 20)), min_size=2, max_size=5, unique=True), st.randoms())
-def test_every_pursuer_finds_the_same_slots(pursuers: list[tuple[float, float]], random: object) -> None:
-    evader = (30.0, 0.0)
-    slots = dict(zip(pursuers, slot_bearings(evader, pursuers), strict=True))
-    turned = pursuers[1:] + pursuers[:1]
-    for pursuer, bearing in zip(turned, slot_bearings(evader, turned), strict=True):
-        assert math.cos(bearing - slots[pursuer]) == pytest.approx(1.0, abs=1e-9)
-    spread = sorted(slots.values())
-    gaps = [(b - a) % (2 * math.pi) for a, b in zip(spread, [*spread[1:], spread[0]], strict=True)]
-    assert gaps == pytest.approx([2 * math.pi / len(pursuers)] * len(pursuers))
 
 
 def test_history_keeps_its_own_rate() -> None:

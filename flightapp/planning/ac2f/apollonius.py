@@ -42,24 +42,26 @@ def solve(
     sides: Array,
     *,
     closed: bool = False,
+    union: bool = False,
     goal_spacing_m: float = 3.0,
 ) -> Game:
-    """The game for `pursuers` (m) against `evader` before the boundary `sides` (s, 4); `goal_spacing_m` keeps goals apart."""
+    """The game for `pursuers` (m) against `evader` before the boundary `sides` (s, 4); `goal_spacing_m` keeps goals apart.
+
+    `union` is the source's literal reading: the point of the union of the regions that is nearest to the boundary.
+    """
     count = len(pursuers)
-    regions, point = np.empty((count, REGION_COLUMNS)), np.empty(3)
-    active, goals = np.empty(count), np.empty((count, 2))
-    contested = solve_game(
+    regions, active, goals = np.empty((count, REGION_COLUMNS)), np.empty(count), np.empty((count, 2))
+    contested, north, east, distance_m = solve_game(
         np.array(pursuers, dtype=np.float64),
         evader[0],
         evader[1],
         np.array(speed_ratios, dtype=np.float64),
         sides,
         closed,
+        union,
         goal_spacing_m,
         regions,
-        point,
         active,
         goals,
     )
-    north, east, distance_m = point.tolist()
     return Game((north, east), contested, distance_m, active, goals, regions)

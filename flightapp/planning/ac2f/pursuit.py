@@ -1,22 +1,242 @@
-"""What one pursuer wants before it looks at obstacles: the game, its slot around the evader, its goal and its velocity."""
+"""What one pursuer wants before it looks at obstacles: the game, its slot around the evader, its goal and its velocity.
+
+Three ways to pursue:
+
+- `lead` (default): far away to the game point, nearer to the intercept of the slot's motion, and within the slot range along the
+  approach to the slot, braking relative to the evader.
+- `lead` where the first contact ends it (capture mode `first`, hold radius that allows contact): the same far away; within the
+  slot range at top speed through the intercept of the evader's predicted motion, without a slot and without slowing down.
+- without `lead` (the source's literal form): at top speed to the game point and, in the fine and tracking stage or below the
+  fine distance, to where the evader is. A keep-out around the evader needs the approach to a slot all the same.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import get_args
+
+import numba
+import numpy as np
 
 from flightapp.core.types import Array, Limits
-from flightapp.planning.ac2f.apollonius import Game, solve
-from flightapp.planning.ac2f.approach import Profile, Slot, approach_velocity, free_slot_bearing, intercept_time_s
-from flightapp.planning.ac2f.arrival import arrival_time_s, speed_share
+from flightapp.planning.ac2f.apollonius import Game
+from flightapp.planning.ac2f.apollonius_kernel import solve_game
+from flightapp.planning.ac2f.approach import PLANAR_TYPE, approach_velocity
+from flightapp.planning.ac2f.arrival import arrival_time_s, intercept_time_s, speed_share
 from flightapp.planning.ac2f.braking import braking_speed_m_s
 from flightapp.planning.ac2f.parameters import Ac2fParameters
-from flightapp.planning.ac2f.slots import slack_rad, slot_bearings
+from flightapp.planning.ac2f.records import (
+    INTENT,
+    INTENT_TYPE,
+    MEMORY,
+    MEMORY_TYPE,
+    PARAMETERS_TYPE,
+    VIEW,
+    VIEW_TYPE,
+    Record,
+    parameter_record,
+)
+from flightapp.planning.ac2f.slots import free_slot_bearing_rad, slack_rad, slot_bearing_rad
+from flightapp.planning.ac2f.stage import Stage
 from flightapp.planning.ac2f.surroundings import Target
-from flightapp.planning.plane import Point, planar, towards
+from flightapp.planning.capture import CaptureRule
+from flightapp.planning.compiled import compiled
+from flightapp.planning.plane import Point
 
-SLOT_LOOK_AHEAD_S = 0.3
+FINE, TRACKING = list(Stage).index(Stage.FINE), list(Stage).index(Stage.TRACKING)
+UNION = get_args(Ac2fParameters.model_fields["game"].annotation).index("union")
+EVADER = get_args(Ac2fParameters.model_fields["goal"].annotation).index("evader")
+FIRST = get_args(CaptureRule.model_fields["mode"].annotation).index("first")
+Planar = tuple[float, float]
+
+_F8 = numba.float64
+_ROW = numba.types.Array(_F8, 1, "C")
+_ROWS = numba.types.Array(_F8, 2, "C")
+
+
+@compiled(PLANAR_TYPE(_F8, _F8, _F8))
+def _towards(north: float, east: float, speed_m_s: float) -> Planar:
+    """Velocity (m/s) of `speed_m_s` in the direction of (north, east); 0 where that has none."""
+    length = math.hypot(north, east)
+    if length == 0.0:
+        return 0.0, 0.0
+    return speed_m_s * (north / length), speed_m_s * (east / length)
+
+
+@compiled(PLANAR_TYPE(PARAMETERS_TYPE, _F8, _F8, _F8))
+def velocity_to(parameters: Record, north: float, east: float, share: float) -> Planar:
+    """Velocity (m/s) to a place that stands, (north, east) m away, with `share` of the top speed, braking before it."""
+    p = parameters[0]
+    brake = braking_speed_m_s(math.hypot(north, east), p.slot_braking_m_s2, p.reaction_s)
+    return _towards(north, east, min(share * p.speed_max_m_s, brake))
+
+
+@compiled(_F8(PARAMETERS_TYPE, numba.int64))
+def team_distance_m(parameters: Record, count: int) -> float:
+    """Smallest distance to keep from a teammate among `count` pursuers: less than configured only if the slots are closer."""
+    p = parameters[0]
+    distance_m: float = p.team_separation_m
+    if count < 2:
+        return distance_m
+    chord_m = 2.0 * p.slot_radius_m * math.sin(math.pi / count)
+    demanded_m: float = max(2.0 * p.body_radius_m + p.team_body_gap_m, p.team_chord_share * chord_m)
+    return min(distance_m, demanded_m)
+
+
+@compiled(_F8(PARAMETERS_TYPE, VIEW_TYPE, _ROWS, _ROWS))
+def _own_slot_rad(parameters: Record, view: Record, pursuers: Array, obstacles: Array) -> float:
+    """Bearing of the own slot, moved off `obstacles` as far as the encirclement allows."""
+    p = parameters[0]
+    v = view[0]
+    bearing = slot_bearing_rad(v.target_n, v.target_e, pursuers)
+    ahead_n = v.target_n + p.slot_look_ahead_s * v.target_vn
+    ahead_e = v.target_e + p.slot_look_ahead_s * v.target_ve
+    slack = slack_rad(parameters, pursuers.shape[0])
+    return free_slot_bearing_rad(obstacles, ahead_n, ahead_e, p.slot_radius_m, bearing, slack, p.slot_clearance_m)
+
+
+@compiled(PLANAR_TYPE(PARAMETERS_TYPE, VIEW_TYPE, numba.boolean, _F8, numba.int64, _F8, _F8))
+def _far_goal(parameters: Record, view: Record, chase: bool, slot_rad: float, count: int, game_n: float, game_e: float) -> Planar:
+    """The game goal far away, the intercept of the slot's motion near the slot range, in between a blend of both.
+
+    The game goal is moved towards the own slot, so that pursuers whose circles meet in the game point spread out early. To
+    `chase` is to leave the game out.
+    """
+    p = parameters[0]
+    v = view[0]
+    slot_n = math.cos(slot_rad)
+    slot_e = math.sin(slot_rad)
+    place_n = v.target_n + p.slot_radius_m * slot_n
+    place_e = v.target_e + p.slot_radius_m * slot_e
+    time_s = intercept_time_s(place_n - v.own_n, place_e - v.own_e, v.target_vn, v.target_ve, p.speed_max_m_s)
+    if math.isnan(time_s):
+        return (v.target_n, v.target_e) if chase else (game_n, game_e)
+    lead_n = place_n + time_s * v.target_vn
+    lead_e = place_e + time_s * v.target_ve
+    far = (v.distance_m - p.slot_range_m) / (p.lead_range_m - p.slot_range_m)
+    share = 0.0 if chase else min(1.0, max(0.0, far))
+    spread_m = share * p.goal_spread_m if count > 1 else 0.0
+    goal_n = lead_n + share * (game_n - lead_n) + spread_m * slot_n
+    goal_e = lead_e + share * (game_e - lead_e) + spread_m * slot_e
+    return goal_n, goal_e
+
+
+@compiled(PLANAR_TYPE(PARAMETERS_TYPE, VIEW_TYPE, _F8, _F8))
+def _contact_goal(parameters: Record, view: Record, else_n: float, else_e: float) -> Planar:
+    """Where the evader's predicted motion is met at top speed; the other place where it never is."""
+    v = view[0]
+    time_s = intercept_time_s(v.target_n - v.own_n, v.target_e - v.own_e, v.target_vn, v.target_ve, parameters[0].speed_max_m_s)
+    if math.isnan(time_s):
+        return else_n, else_e
+    return v.target_n + time_s * v.target_vn, v.target_e + time_s * v.target_ve
+
+
+@compiled(
+    numba.void(
+        PARAMETERS_TYPE,
+        MEMORY_TYPE,
+        VIEW_TYPE,
+        _ROWS,
+        _ROW,
+        _ROWS,
+        _ROWS,
+        numba.boolean,
+        _ROWS,
+        _ROWS,
+        _ROW,
+        _ROWS,
+        INTENT_TYPE,
+    )
+)
+def intend(
+    parameters: Record,
+    memory: Record,
+    view: Record,
+    team: Array,
+    etas: Array,
+    scene: Array,
+    sides: Array,
+    closed: bool,
+    pursuers: Array,
+    regions: Array,
+    active: Array,
+    goals: Array,
+    intent: Record,
+) -> None:
+    """Fill `intent`, and the game in pursuers (k+1, 2), regions (k+1, 6), active (k+1,), goals (k+1, 2): row 0 is this vehicle.
+
+    team: (k, 4) predicted north, east, velocities; the first `view.team_count` rows count, and that many rows more than one of
+    the game's arrays. etas: (k,) s, of all teammates, fresh or not; NaN where unknown. scene: its first `view.obstacle_count`
+    rows keep the slot free. sides: (s, 4) m. Once the evader has crossed the boundary the evader itself is the goal.
+    """
+    p = parameters[0]
+    v = view[0]
+    count = 1 + v.team_count
+    pursuers[0, 0] = v.own_n
+    pursuers[0, 1] = v.own_e
+    for i in range(1, count):
+        pursuers[i, 0] = team[i - 1, 0]
+        pursuers[i, 1] = team[i - 1, 1]
+    evader_speed = max(p.evader_speed_assumed_m_s, math.hypot(v.target_vn, v.target_ve))
+    contested, point_n, point_e, boundary_m = solve_game(
+        pursuers[:count],
+        v.target_n,
+        v.target_e,
+        np.full(count, p.speed_max_m_s / evader_speed),
+        sides,
+        closed,
+        p.game == UNION,
+        p.goal_spacing_m,
+        regions[:count],
+        active[:count],
+        goals[:count],
+    )
+    lost = memory[0].boundary_lost != 0
+    wanted = intent[0]
+    wanted.known = 1
+    wanted.contested = contested and not lost
+    wanted.point_n = point_n
+    wanted.point_e = point_e
+    wanted.boundary_m = boundary_m
+
+    chase = lost or p.goal == EVADER
+    own_n = v.own_n - v.target_n
+    own_e = v.own_e - v.target_e
+    near = v.distance_m <= p.slot_range_m
+    if p.lead == 0 and not (near and p.evader_distance_m > 0.0):
+        is_close = v.distance_m < p.fine_trigger_m or memory[0].stage == FINE or memory[0].stage == TRACKING
+        wanted.goal_n = v.target_n if chase or is_close else point_n
+        wanted.goal_e = v.target_e if chase or is_close else point_e
+        wanted.velocity_n, wanted.velocity_e = _towards(wanted.goal_n - v.own_n, wanted.goal_e - v.own_e, p.speed_max_m_s)
+        wanted.eta_s = arrival_time_s(-own_n, -own_e, v.target_vn, v.target_ve, p.speed_max_m_s)
+        return
+
+    slot_rad = _own_slot_rad(parameters, view, pursuers[:count], scene[: v.obstacle_count])
+    place_n = v.target_n + p.slot_radius_m * math.cos(slot_rad)
+    place_e = v.target_e + p.slot_radius_m * math.sin(slot_rad)
+    wanted.eta_s = arrival_time_s(place_n - v.own_n, place_e - v.own_e, v.target_vn, v.target_ve, p.speed_max_m_s)
+    if not near:
+        goal_n, goal_e = _far_goal(parameters, view, chase, slot_rad, count, goals[0, 0], goals[0, 1])
+        share = speed_share(parameters, wanted.eta_s, etas) if contested and boundary_m >= p.arrival_margin_m else 1.0
+        wanted.goal_n = goal_n
+        wanted.goal_e = goal_e
+        wanted.velocity_n, wanted.velocity_e = velocity_to(parameters, goal_n - v.own_n, goal_e - v.own_e, share)
+    elif p.capture_mode == FIRST and p.evader_distance_m == 0.0:
+        goal_n, goal_e = _contact_goal(
+            parameters, view, v.target_n if chase else goals[0, 0], v.target_e if chase else goals[0, 1]
+        )
+        wanted.goal_n = goal_n
+        wanted.goal_e = goal_e
+        wanted.velocity_n, wanted.velocity_e = _towards(goal_n - v.own_n, goal_e - v.own_e, p.speed_max_m_s)
+    else:
+        keep_out_m = min(p.evader_distance_m + p.evader_path_margin_m, p.slot_radius_m) if p.evader_distance_m > 0.0 else 0.0
+        wanted.goal_n = place_n
+        wanted.goal_e = place_e
+        wanted.velocity_n, wanted.velocity_e = approach_velocity(
+            parameters, own_n, own_e, v.target_vn, v.target_ve, slot_rad, p.slot_radius_m, keep_out_m
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +249,14 @@ class Intent:
     game: Game
 
 
-@dataclass(frozen=True, slots=True)
 class Pursuit:
-    """The part of a pursuer that depends on vehicles and boundary only."""
+    """`intend` for a planner that keeps its own state in objects."""
 
-    parameters: Ac2fParameters
-    limits: Limits
+    def __init__(self, parameters: Ac2fParameters, limits: Limits) -> None:
+        self._record = parameter_record(parameters, limits)
+        self._memory = np.zeros(1, MEMORY)
+        self._view = np.zeros(1, VIEW)
+        self._intent = np.zeros(1, INTENT)
 
     def intent(
         self,
@@ -48,87 +270,50 @@ class Pursuit:
         closed: bool,
         boundary_lost: bool,
     ) -> Intent:
-        """The intent against `target`.
+        """The intent against `target`."""
+        count = len(team)
+        rows = np.zeros((count, 4))
+        rows[:, :2] = np.array(team).reshape(-1, 2)
+        view = self._view[0]
+        view["own_n"], view["own_e"] = own
+        view["team_count"] = count
+        view["target_n"], view["target_e"] = target.position
+        view["target_vn"], view["target_ve"] = target.velocity
+        view["distance_m"] = math.dist(own, target.position)
+        view["obstacle_count"] = len(obstacles)
+        self._memory["boundary_lost"] = boundary_lost
+        regions, active, goals = np.empty((count + 1, 6)), np.empty(count + 1), np.empty((count + 1, 2))
+        intend(
+            self._record,
+            self._memory,
+            self._view,
+            rows,
+            np.array(team_eta_s, dtype=np.float64),
+            np.ascontiguousarray(obstacles),
+            sides,
+            closed,
+            np.empty((count + 1, 2)),
+            regions,
+            active,
+            goals,
+            self._intent,
+        )
+        found = self._intent[0]
+        point = (float(found["point_n"]), float(found["point_e"]))
+        game = Game(point, bool(found["contested"]), float(found["boundary_m"]), active, goals, regions)
+        goal = (float(found["goal_n"]), float(found["goal_e"]))
+        return Intent(goal, (float(found["velocity_n"]), float(found["velocity_e"])), float(found["eta_s"]), game)
 
-        obstacles: (m, 6), only to keep the slot free. sides: (s, 4) m. `boundary_lost` chases the evader itself.
-        """
-        parameters = self.parameters
-        pursuers = (own, *team)
-        game = self._game(pursuers, target, sides, closed)
-        slot = self._slot(pursuers, target, obstacles)
-        place = slot.place(target.position)
-        eta_s = arrival_time_s(own, place, target.velocity, self.limits.speed_max_m_s)
-        distance = math.dist(own, target.position)
-        if distance <= parameters.slot_range_m:
-            velocity = approach_velocity(own, target.position, target.velocity, slot, self._profile())
-            return Intent(place, velocity, eta_s, game)
-        goal = self._far_goal(own, place, target, game, distance, boundary_lost)
-        share = 1.0
-        if game.contested and game.distance_m >= parameters.arrival_margin_m:
-            share = speed_share(eta_s, team_eta_s, parameters.arrival_window_s, parameters.arrival_slowdown_min)
-        return Intent(goal, self.velocity_to(own, goal, share), eta_s, game)
-
-    def velocity_to(self, own: Point, goal: Point, share: float = 1.0) -> Point:
+    def velocity_to(self, own: Point, goal: Point) -> Point:
         """Velocity (m/s) straight to a place that stands, braking before it."""
-        brake = braking_speed_m_s(math.dist(own, goal), self._deceleration_m_s2, self.parameters.reaction_s)
-        speed = min(share * self.limits.speed_max_m_s, brake)
-        direction = towards(own, goal)
-        return speed * direction[0], speed * direction[1]
+        north, east = velocity_to(self._record, goal[0] - own[0], goal[1] - own[1], 1.0)
+        return float(north), float(east)
 
     @property
     def evader_distance_m(self) -> float:
         """Smallest distance to keep from the evader: 0 where the capture needs contact."""
-        keep_out = self.parameters.evader_keep_out_m
-        return keep_out if self.parameters.capture.slot_radius_m > keep_out else 0.0
+        return float(self._record[0]["evader_distance_m"])
 
     def team_distance_m(self, count: int) -> float:
-        """Smallest distance to keep from a teammate among `count` pursuers: less than configured only if the slots are closer."""
-        if count < 2:
-            return self.parameters.team_separation_m
-        chord = 2.0 * self.parameters.capture.slot_radius_m * math.sin(math.pi / count)
-        bodies = 2.0 * self.limits.body_radius_m + 0.05
-        return min(self.parameters.team_separation_m, max(bodies, 0.95 * chord))
-
-    @property
-    def _deceleration_m_s2(self) -> float:
-        return self.limits.acceleration_max_m_s2 * self.parameters.slot_braking_share
-
-    def _profile(self) -> Profile:
-        parameters = self.parameters
-        return Profile(parameters.slot_gain_per_s, self._deceleration_m_s2, parameters.reaction_s, self.limits.speed_max_m_s)
-
-    def _game(self, pursuers: Sequence[Point], target: Target, sides: Array, closed: bool) -> Game:
-        evader_speed = max(self.parameters.evader_speed_assumed_m_s, math.hypot(*target.velocity))
-        ratios = (self.limits.speed_max_m_s / evader_speed,) * len(pursuers)
-        return solve(pursuers, target.position, ratios, sides, closed=closed, goal_spacing_m=self.parameters.goal_spacing_m)
-
-    def _slot(self, pursuers: Sequence[Point], target: Target, obstacles: Array) -> Slot:
-        parameters = self.parameters
-        rule = parameters.capture
-        keep_out = self.evader_distance_m
-        way = min(keep_out + parameters.evader_path_margin_m, rule.slot_radius_m) if keep_out > 0.0 else 0.0
-        assigned = Slot(slot_bearings(target.position, pursuers)[0], rule.slot_radius_m, way)
-        ahead = (
-            target.position[0] + SLOT_LOOK_AHEAD_S * target.velocity[0],
-            target.position[1] + SLOT_LOOK_AHEAD_S * target.velocity[1],
-        )
-        slack = slack_rad(len(pursuers), rule.angular_gap_min_deg)
-        return Slot(free_slot_bearing(obstacles, ahead, assigned, slack), rule.slot_radius_m, way)
-
-    def _far_goal(self, own: Point, place: Point, target: Target, game: Game, distance_m: float, boundary_lost: bool) -> Point:
-        """The game goal far away, the intercept of the predicted motion near the slot range, in between a blend of both.
-
-        The game goal is moved towards the own slot, so that pursuers whose circles meet in the game point spread out early.
-        """
-        parameters = self.parameters
-        time_s = intercept_time_s(own, place, target.velocity, self.limits.speed_max_m_s)
-        if time_s is None:
-            return target.position if boundary_lost else planar(game.goals[0])
-        lead = (place[0] + time_s * target.velocity[0], place[1] + time_s * target.velocity[1])
-        far = (distance_m - parameters.slot_range_m) / (parameters.lead_range_m - parameters.slot_range_m)
-        share = 0.0 if boundary_lost else min(1.0, max(0.0, far))
-        goal = planar(game.goals[0])
-        spread_m = share * parameters.goal_spread_m if len(game.goals) > 1 else 0.0
-        side = towards(target.position, place)
-        north, east = lead[0] + share * (goal[0] - lead[0]), lead[1] + share * (goal[1] - lead[1])
-        return north + spread_m * side[0], east + spread_m * side[1]
+        """Smallest distance to keep from a teammate among `count` pursuers."""
+        return float(team_distance_m(self._record, count))
