@@ -1,0 +1,180 @@
+"""One episode: the planners of the application in the fast simulation. No network, no wall clock, one thread."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol, cast
+
+import numpy as np
+
+from flightapp.core.types import Array, Decision, Observation, TargetTrack, VehicleState
+from flightapp.planning import make_evader, make_planner
+from flightapp.planning.api import Planner
+from flightapp.planning.plane import nearest_on, segments
+from flightapp.sim.batch.families.layout import Layout
+from flightapp.sim.batch.records import CAPTURED, ESCAPED, FLYING, OUTCOMES
+from flightapp.sim.batch.result import Outcome, RunResult
+from flightapp.sim.batch.scenario import Scenario
+from flightapp.sim.batch.seeds import Stream, key
+from flightapp.sim.batch.setup import lay_out
+from flightapp.sim.batch.target_sight import TargetSight
+from flightapp.sim.batch.team_link import TeamLink
+from flightapp.sim.batch.world import World
+
+FIRST_MODE = "hold"
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What no planner sees: the true states, pursuers first and the evader last, and the world that they fly in."""
+
+    states: list[VehicleState]
+    layout: Layout
+
+
+class Watcher(Protocol):
+    """Sees every control period, before the vehicles move."""
+
+    def step(self, t_s: float, observations: list[Observation], decisions: list[Decision], truth: Truth) -> None:
+        """Observations and decisions of the pursuers, the evader's last."""
+        ...
+
+
+def fly(
+    scenario: Scenario,
+    planner: str,
+    seed: int,
+    parameters: Mapping[str, object] | None = None,
+    watcher: Watcher | None = None,
+) -> RunResult:
+    """The episode of `seed` with every pursuer under `planner` with `parameters` over those of the scenario.
+
+    InputError on an unknown planner or evader policy, bad parameters, or a layout without room.
+    """
+    began_ns = time.perf_counter_ns()
+    layout = lay_out(scenario, seed)
+    flight = _Flight(scenario, layout, planner, seed, parameters, watcher)
+    outcome = flight.fly()
+    return flight.result(outcome, began_ns)
+
+
+def planner_parameters(scenario: Scenario, parameters: Mapping[str, object] | None = None) -> dict[str, object]:
+    """What a pursuer's planner is made with: the scenario's facts, then its [planner.parameters], then `parameters`."""
+    return {
+        "control_period_s": scenario.control_period_s,
+        "evader_speed_assumed_m_s": scenario.evader.speed_max_m_s,
+        "capture": scenario.capture.model_dump(),
+        **scenario.planner.parameters,
+        **(parameters or {}),
+    }
+
+
+def _timed(planner: Planner, observation: Observation) -> tuple[Decision, int]:
+    """The only look at the clock within an episode."""
+    began_ns = time.perf_counter_ns()
+    decision = planner.step(observation)
+    return decision, time.perf_counter_ns() - began_ns
+
+
+class _Flight:
+    """The loop and what it keeps."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        layout: Layout,
+        planner: str,
+        seed: int,
+        parameters: Mapping[str, object] | None,
+        watcher: Watcher | None,
+    ) -> None:
+        self._scenario, self._layout, self._name, self._seed, self._watcher = scenario, layout, planner, seed, watcher
+        self._count = scenario.pursuers.count
+
+        def stream(of: Stream) -> int:
+            return key(scenario.family, seed, of)
+
+        self._world = World(scenario, layout, stream(Stream.WIND), stream(Stream.SENSING))
+        self._link = TeamLink(scenario, stream(Stream.MESSAGES))
+        self._sight = TargetSight(scenario, stream(Stream.TARGET))
+        target = scenario.target
+        self._target_is_truth = not (target.position_noise_m or target.velocity_noise_m_s or target.latency_s)
+        self._target_is_truth = self._target_is_truth and not (target.needs_sight or target.filter)
+        given, limits = planner_parameters(scenario, parameters), scenario.pursuers.limits()
+        self._planners = [
+            make_planner(planner, limits=limits, parameters=given, seed=stream(Stream.PLANNER) + i) for i in range(self._count)
+        ]
+        evader = scenario.evader
+        self._evader = make_evader(
+            evader.policy, limits=evader.limits(), parameters=evader.parameters, seed=stream(Stream.EVADER)
+        )
+        self._decision_ns: list[int] = []
+        self._modes: Counter[str] = Counter()
+
+    def fly(self) -> int:
+        """To the event that ends the episode (its code), or to the time limit (FLYING)."""
+        scenario, world = self._scenario, self._world
+        period_s, boundary = scenario.control_period_s, self._layout.boundary
+        modes, etas = [FIRST_MODE] * self._count, cast(list[float | None], [None] * self._count)
+        covariance = np.eye(6) * 1e-4
+        for tick in range(round(scenario.time_limit_s / period_s)):
+            t_s = tick * period_s
+            states = world.states(t_s)
+            teams = self._link.teams(tick, states, modes, etas)
+            seen = world.obstacles(tick)
+            target = self._target(tick, t_s, states[-1], covariance)
+            observations = [
+                Observation(t_s, period_s, states[i], teams[i], target, seen[i], boundary) for i in range(self._count)
+            ]
+            observations.append(Observation(t_s, period_s, states[-1], teams[-1], None, seen[-1], boundary))
+            decisions = []
+            for i, planner in enumerate(self._planners):
+                decision, spent_ns = _timed(planner, observations[i])
+                decisions.append(decision)
+                self._decision_ns.append(spent_ns)
+                modes[i] = decision.mode
+                eta = decision.diagnostics.get("eta_s")
+                etas[i] = eta if isinstance(eta, float) else None
+            decisions.append(self._evader.step(observations[-1]))
+            self._modes.update(modes)
+            if self._watcher is not None:
+                self._watcher.step(t_s, observations, decisions, Truth(states, self._layout))
+            outcome = world.advance(tick, decisions)
+            if outcome != FLYING:
+                return outcome
+        return FLYING
+
+    def _target(self, tick: int, t_s: float, evader: VehicleState, covariance: Array) -> TargetTrack | None:
+        if self._target_is_truth:
+            return TargetTrack(t_s, evader.position_ned_m, evader.velocity_ned_m_s, covariance, 0.0)
+        return self._sight.track(tick, t_s, self._world.poses, self._world.target_seen)
+
+    def result(self, outcome: int, began_ns: int) -> RunResult:
+        record, pursuers = self._world.record[0], self._world.vehicles[:-1]
+        evader = self._world.vehicles[-1]
+        end_s = float(record["end_s"])
+        place = (float(evader["n"]), float(evader["e"]))
+        nearest = nearest_on(place, segments(self._layout.boundary))
+        total = sum(self._modes.values())
+        periods = np.maximum(pursuers["periods"], 1)
+        return RunResult(
+            scenario=self._scenario.name,
+            planner=self._name,
+            seed=self._seed,
+            outcome=cast(Outcome, OUTCOMES[outcome]),
+            collided_with=self._world.collided_with,
+            duration_s=end_s,
+            capture_time_s=end_s if outcome == CAPTURED else None,
+            path_length_m=float(pursuers["path_m"].mean()),
+            mean_jerk_m_s3=float((pursuers["jerk_sum"] / periods).mean()),
+            boundary_distance_m=0.0 if outcome == ESCAPED else float(np.hypot(place[0] - nearest[0], place[1] - nearest[1])),
+            min_clearance_m=float(record["clearance"]),
+            min_separation_m=float(record["separation"]),
+            decision_ns=np.array(self._decision_ns, dtype=np.int64),
+            mode_share={mode: self._modes[mode] / total for mode in sorted(self._modes)},
+            shortest_path_m=self._layout.shortest_path_m,
+            sim_wall_ns=time.perf_counter_ns() - began_ns,
+        )

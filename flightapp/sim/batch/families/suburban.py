@@ -1,0 +1,101 @@
+"""Family `suburban` (A5): blocks of houses between streets, trees along them; houses are rows of discs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pydantic import Field
+
+from flightapp.core.angles import wrap_pi
+from flightapp.core.errors import InputError
+from flightapp.core.types import Boundary
+from flightapp.sim.batch.families.layout import Area, FamilyLayout, Layout, Start, Team, disc, disc_rows, is_clear
+
+
+class SuburbanLayout(FamilyLayout):
+    """Lots on a grid, a house on most of them; the protected line is the edge north = 0."""
+
+    north_m: float = Field(default=330.0, gt=0)
+    east_m: float = Field(default=189.0, gt=0)
+    lot_m: float = Field(default=27.0, gt=0)
+    """Side of a lot, with its share of the streets."""
+    street_m: float = Field(default=10.0, gt=0)
+    """Between the lots: free of houses."""
+    built_share: float = Field(default=0.7, ge=0, le=1)
+    """Of the lots that have a house."""
+    house_min_m: float = Field(default=8.0, gt=0)
+    disc_radius_m: float = Field(default=2.5, gt=0)
+    """Of the discs that make a house."""
+    trees: int = Field(default=80, ge=0)
+    tree_radius_min_m: float = Field(default=0.4, gt=0)
+    tree_radius_max_m: float = Field(default=1.8, gt=0)
+    tree_gap_m: float = Field(default=2.5, ge=0)
+    evader_start_m: tuple[float, float] = (250.0, 94.5)
+    pursuer_starts_m: tuple[tuple[float, float], ...] = ((324.0, 10.0), (324.0, 179.0))
+    start_noise_m: float = Field(default=5.0, ge=0)
+    heading_noise_deg: float = Field(default=45.0, ge=0, le=180)
+    start_clear_m: float = Field(default=2.0, ge=0)
+
+    def draw(self, team: Team, random: np.random.Generator) -> Layout:
+        if team.count > len(self.pursuer_starts_m):
+            raise InputError(
+                f"layout.pursuer_starts_m: {len(self.pursuer_starts_m)} starts for pursuers.count = {team.count}; give one each"
+            )
+        evader = self._start(self.evader_start_m, math.pi, random)
+        pursuers = [
+            self._start(place, math.atan2(evader.east_m - place[1], evader.north_m - place[0]), random)
+            for place in self.pursuer_starts_m[: team.count]
+        ]
+        starts = [evader, *pursuers]
+        discs = self._houses(starts, random)
+        discs += self._trees(starts, discs, random)
+        boundary = Boundary(np.array([[0.0, 0.0], [0.0, self.east_m]]), False)
+        return Layout(disc_rows(discs), boundary, tuple(pursuers), evader, Area(0.0, self.north_m, 0.0, self.east_m))
+
+    def _start(self, place: tuple[float, float], heading_rad: float, random: np.random.Generator) -> Start:
+        north, east = random.uniform(-self.start_noise_m, self.start_noise_m, 2)
+        noise = math.radians(self.heading_noise_deg)
+        return Start(place[0] + float(north), place[1] + float(east), wrap_pi(heading_rad + float(random.uniform(-noise, noise))))
+
+    def _houses(self, starts: list[Start], random: np.random.Generator) -> list[list[float]]:
+        rows: list[list[float]] = []
+        room = self.lot_m - self.street_m
+        if room < self.house_min_m:
+            raise InputError(f"layout.house_min_m = {self.house_min_m}: a lot leaves {room:g} m; a smaller house or street_m")
+        for i in range(int(self.north_m / self.lot_m)):
+            for j in range(int(self.east_m / self.lot_m)):
+                built = float(random.uniform()) < self.built_share
+                long, wide = (float(side) for side in random.uniform(self.house_min_m, room, 2))
+                slack = random.uniform(-0.5, 0.5, 2)
+                north = (i + 0.5) * self.lot_m + float(slack[0]) * (room - long)
+                east = (j + 0.5) * self.lot_m + float(slack[1]) * (room - wide)
+                house = self._house(north, east, long, wide)
+                if built and all(is_clear(s.north_m, s.east_m, house, self.start_clear_m) for s in starts):
+                    rows += house
+        return rows
+
+    def _house(self, north: float, east: float, long: float, wide: float) -> list[list[float]]:
+        """Discs along the inside of the walls, and inside as far as a gap would be left there."""
+        radius = self.disc_radius_m
+        along, across = (max(2, math.ceil((side - 2.0 * radius) / (1.2 * radius)) + 1) for side in (long, wide))
+        return [
+            disc(
+                north + (a / (along - 1) - 0.5) * (long - 2.0 * radius),
+                east + (b / (across - 1) - 0.5) * (wide - 2.0 * radius),
+                radius,
+            )
+            for a in range(along)
+            for b in range(across)
+            if a in (0, along - 1) or b in (0, across - 1)
+        ]
+
+    def _trees(self, starts: list[Start], houses: list[list[float]], random: np.random.Generator) -> list[list[float]]:
+        trees: list[list[float]] = []
+        for _ in range(self.trees):
+            radius = float(random.uniform(self.tree_radius_min_m, self.tree_radius_max_m))
+            north, east = float(random.uniform(5.0, self.north_m - 5.0)), float(random.uniform(2.0, self.east_m - 2.0))
+            far = all(math.hypot(north - s.north_m, east - s.east_m) >= radius + self.start_clear_m for s in starts)
+            if far and is_clear(north, east, houses + trees, radius + self.tree_gap_m):
+                trees.append(disc(north, east, radius))
+        return trees

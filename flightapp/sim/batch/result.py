@@ -1,0 +1,43 @@
+"""What one episode came to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Outcome = Literal["captured", "collided", "escaped", "timed_out"]
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """Everything but `decision_ns` and `sim_wall_ns` follows, bit for bit, from scenario, planner, parameters and seed."""
+
+    scenario: str
+    planner: str
+    seed: int
+    outcome: Outcome
+    collided_with: str
+    """"obstacle", "teammate" or ""."""
+    duration_s: float
+    capture_time_s: float | None
+    path_length_m: float
+    """Mean over the pursuers."""
+    mean_jerk_m_s3: float
+    """Mean of the jerk's magnitude over pursuers and control periods."""
+    boundary_distance_m: float
+    """The evader's from the boundary at the end; 0 where it crossed."""
+    min_clearance_m: float
+    """Smallest distance of a pursuer's surface to an obstacle's surface, at any time."""
+    min_separation_m: float
+    """Smallest distance between the centres of two pursuers, at any time; inf for one."""
+    decision_ns: NDArray[np.int64]
+    """Time of every decision of every pursuer."""
+    mode_share: dict[str, float]
+    """Share of the pursuers' control periods in each mode."""
+    shortest_path_m: float | None
+    """Of the first pursuer to capture, where the layout knows it."""
+    sim_wall_ns: int
+    """Wall time of the whole episode."""
