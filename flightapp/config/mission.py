@@ -117,7 +117,10 @@ class Start(Strict):
 
 
 class Strategy(Strict):
-    """A planner or an evader policy by its registered name, with parameters from a file, from here, or both (here wins)."""
+    """A planner or an evader policy by its registered name, with parameters from a file, from here, or both (here wins).
+
+    Paths are relative to the file that they stand in.
+    """
 
     name: str = Field(min_length=1)
     parameters_file: Path | None = None

@@ -8,15 +8,21 @@ from flightapp.core.errors import InputError
 from flightapp.core.types import Limits
 from flightapp.planning.ac2f import Ac2fParameters, Ac2fPlanner
 from flightapp.planning.api import Planner
+from flightapp.planning.evasion.adversarial import Adversarial
 from flightapp.planning.evasion.boundary_seeking import BoundarySeeking
 from flightapp.planning.evasion.hover import Hover
 from flightapp.planning.evasion.parameters import (
+    AdversarialParameters,
     BoundarySeekingParameters,
     HoverParameters,
+    RecordedParameters,
     StraightParameters,
+    VoronoiCentroidParameters,
     WaypointsParameters,
 )
+from flightapp.planning.evasion.recorded import Recorded
 from flightapp.planning.evasion.straight import Straight
+from flightapp.planning.evasion.voronoi_centroid import VoronoiCentroid
 from flightapp.planning.evasion.waypoints import Waypoints
 from flightapp.planning.parameters import parsed
 
@@ -28,6 +34,10 @@ def _ac2f(limits: Limits, given: Given, _seed: int) -> Planner:
     return Ac2fPlanner(limits=limits, parameters=parsed(Ac2fParameters, "ac2f", given))
 
 
+def _adversarial(limits: Limits, given: Given, _seed: int) -> Planner:
+    return Adversarial(limits=limits, parameters=parsed(AdversarialParameters, "adversarial", given))
+
+
 def _boundary_seeking(limits: Limits, given: Given, _seed: int) -> Planner:
     return BoundarySeeking(limits=limits, parameters=parsed(BoundarySeekingParameters, "boundary-seeking", given))
 
@@ -37,8 +47,16 @@ def _hover(limits: Limits, given: Given, _seed: int) -> Planner:
     return Hover(limits=limits)
 
 
+def _recorded(limits: Limits, given: Given, _seed: int) -> Planner:
+    return Recorded(limits=limits, parameters=parsed(RecordedParameters, "recorded", given))
+
+
 def _straight(limits: Limits, given: Given, seed: int) -> Planner:
     return Straight(limits=limits, parameters=parsed(StraightParameters, "straight", given), seed=seed)
+
+
+def _voronoi_centroid(limits: Limits, given: Given, _seed: int) -> Planner:
+    return VoronoiCentroid(limits=limits, parameters=parsed(VoronoiCentroidParameters, "voronoi-centroid", given))
 
 
 def _waypoints(limits: Limits, given: Given, _seed: int) -> Planner:
@@ -50,9 +68,12 @@ PLANNERS: Mapping[str, Builder] = {
 }
 
 EVADERS: Mapping[str, Builder] = {
+    "adversarial": _adversarial,
     "boundary-seeking": _boundary_seeking,
     "hover": _hover,
+    "recorded": _recorded,
     "straight": _straight,
+    "voronoi-centroid": _voronoi_centroid,
     "waypoints": _waypoints,
 }
 

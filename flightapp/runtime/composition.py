@@ -9,6 +9,7 @@ import numpy as np
 
 from flightapp.config.loading import read_toml
 from flightapp.config.mission import Mission, Vehicle
+from flightapp.config.parameter_files import beside
 from flightapp.config.profile import Camera, Profile
 from flightapp.core.clock import SystemClock
 from flightapp.core.errors import InputError
@@ -37,11 +38,12 @@ def build_strategy(mission: Mission, vehicle: Vehicle, profile: Profile, mission
     strategy = vehicle.strategy
     where = f"{mission_path}: strategy of '{vehicle.name}'"
     if strategy.parameters_file is not None:
+        file = mission_path.parent / strategy.parameters_file
         try:
-            parameters.update(read_toml(mission_path.parent / strategy.parameters_file))
+            parameters.update(beside(read_toml(file), file.parent))
         except InputError as error:
             raise InputError(f"{where}: parameters_file: {error}") from None
-    parameters.update(strategy.parameters)
+    parameters.update(beside(strategy.parameters, mission_path.parent))
     limits = limits_of(vehicle, profile)
     if vehicle.role == "evader":
         if strategy.name not in evader_names():

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from flightapp.core.errors import InputError
 from flightapp.core.types import Array, Boundary, Observation, ObstacleSet, TargetTrack, TeamMember, VehicleState
-from flightapp.planning import evader_names, make_evader, make_planner, planner_names
+from flightapp.planning import make_evader, make_planner, planner_names
 from flightapp.planning.ac2f import Ac2fParameters
 from flightapp.planning.ac2f.history import History
 from tests.planning.closed_loop import disc, limits
@@ -44,7 +44,6 @@ def observation(
 
 def test_names() -> None:
     assert planner_names() == ("ac2f",)
-    assert evader_names() == ("boundary-seeking", "hover", "straight", "waypoints")
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""What every evader policy does with its wish: turn it into a decision; and where the boundary is."""
+"""What every evader policy does with its wish: turn it into a decision."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from flightapp.core.angles import wrap_pi
 from flightapp.core.types import Decision, Observation
-from flightapp.planning.plane import Point, crosses, limited, nearest_on, planar, segments
+from flightapp.planning.plane import Point, limited
 
 TURNING_M_S = 0.2
 
@@ -25,19 +25,3 @@ def decision(observation: Observation, velocity: Point, goal: Point | None, mode
         goal_ned_m=None if goal is None else np.array((*goal, 0.0)),
         diagnostics={"stage": mode},
     )
-
-
-class BoundaryRun:
-    """The way to the nearest point of the boundary, and whether the own vehicle has crossed it."""
-
-    def __init__(self) -> None:
-        self._before: Point | None = None
-        self.crossed = False
-
-    def goal(self, observation: Observation) -> Point:
-        own = planar(observation.own.position_ned_m)
-        sides = segments(observation.boundary)
-        if self._before is not None:
-            self.crossed = self.crossed or crosses(self._before, own, sides)
-        self._before = own
-        return nearest_on(own, sides)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 from pydantic import Field, field_validator
 
@@ -22,8 +23,8 @@ class StraightParameters(StrategyParameters):
     """How long one heading error lasts."""
 
 
-class BoundarySeekingParameters(StrategyParameters):
-    """Towards the boundary, around obstacles and, weakly, away from pursuers."""
+class AvoidingParameters(StrategyParameters):
+    """How an evader keeps clear of obstacles and of the pursuers."""
 
     field_gain_m2: float = Field(default=0.25, ge=0)
     """Repulsion of obstacles, relative to an attraction of 1, at 1 m from the inflated edge."""
@@ -31,10 +32,6 @@ class BoundarySeekingParameters(StrategyParameters):
     """Distance from the inflated edge within which an obstacle repels."""
     field_repulsion_max: float = Field(default=0.9, ge=0)
     """Cap of the summed repulsion of obstacles."""
-    pursuer_gain: float = Field(default=0.3, ge=0)
-    """Largest repulsion of a pursuer, relative to an attraction of 1."""
-    pursuer_influence_m: float = Field(default=6.0, gt=0)
-    """Distance within which a pursuer repels."""
     pursuer_distance_m: float = Field(default=1.2, ge=0)
     """Distance that the evader keeps from a pursuer's centre."""
     braking_share: float = Field(default=0.8, gt=0, le=1)
@@ -43,6 +40,61 @@ class BoundarySeekingParameters(StrategyParameters):
     """Time until the vehicle brakes."""
     obstacle_range_m: float = Field(default=15.0, gt=0)
     """Obstacles beyond are ignored."""
+
+
+class BoundarySeekingParameters(AvoidingParameters):
+    """Towards the boundary, around obstacles and, weakly, away from pursuers."""
+
+    pursuer_gain: float = Field(default=0.3, ge=0)
+    """Largest repulsion of a pursuer, relative to an attraction of 1."""
+    pursuer_influence_m: float = Field(default=6.0, gt=0)
+    """Distance within which a pursuer repels."""
+
+
+class VoronoiCentroidParameters(AvoidingParameters):
+    """To the centroid of the own Voronoi cell, drawn towards the boundary."""
+
+    boundary_bias: float = Field(default=0.5, ge=0)
+    """Attraction of the boundary, relative to an attraction of 1 by a centroid that is far away."""
+    reach_m: float = Field(default=10.0, gt=0)
+    """Half side of the square around the evader that bounds its cell where no area is given."""
+    area_m: tuple[float, float, float, float] | None = None
+    """The flight area that bounds the cell: least north, least east, greatest north, greatest east."""
+    settling_s: float = Field(default=0.5, gt=0)
+    """Nearer to the centroid than this at full speed, the attraction lessens in proportion: no chatter there."""
+
+    @field_validator("area_m")
+    @classmethod
+    def _has_extent(cls, area: tuple[float, float, float, float] | None) -> tuple[float, float, float, float] | None:
+        if area is not None and (area[0] >= area[2] or area[1] >= area[3]):
+            raise ValueError("must be least north, least east, greatest north, greatest east")
+        return area
+
+
+class AdversarialParameters(AvoidingParameters):
+    """Best response in the interception game."""
+
+    pursuer_speed_assumed_m_s: float = Field(default=6.0, gt=0)
+    """Top speed of the pursuers."""
+
+
+class RecordedParameters(StrategyParameters):
+    """A recorded flight, flown again."""
+
+    file: Path
+    """Track: text with the header timestamp,tx,ty,tz,qx,qy,qz,qw (s, m, z up)."""
+    speed_scale: float = Field(default=1.0, gt=0, le=10)
+    """Flown speed over recorded speed. Where that is beyond the vehicle's limit, the limit counts."""
+    start_s: float = Field(default=0.0, ge=0)
+    """Where in the recording the flight begins, from its first row."""
+    rotation_deg: float = Field(default=0.0, ge=-360, le=360)
+    """Clockwise, from the orientation in which the track's farthest point lies towards the nearest point of the boundary."""
+    loop: bool = False
+    """Begin again at the end, from there; otherwise stand."""
+    position_gain_1_s: float = Field(default=1.5, gt=0)
+    """Speed of correction per metre beside the track."""
+    lead_max_m: float = Field(default=2.0, gt=0)
+    """The track waits for a vehicle that is this far behind."""
 
 
 class WaypointsParameters(StrategyParameters):

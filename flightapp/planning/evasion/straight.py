@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from flightapp.core.types import Decision, Limits, Observation
-from flightapp.planning.evasion.command import BoundaryRun, decision
+from flightapp.planning.evasion.boundary_run import BoundaryRun
+from flightapp.planning.evasion.command import decision
 from flightapp.planning.evasion.parameters import StraightParameters
 from flightapp.planning.plane import planar
 
@@ -28,18 +29,15 @@ class Straight:
         self._run = BoundaryRun()
         self._error_rad = 0.0
         self._renew_s = -math.inf
-        self._heading_rad = 0.0
 
     def step(self, observation: Observation) -> Decision:
-        own = planar(observation.own.position_ned_m)
         goal = self._run.goal(observation)
         if self._run.crossed:
             return decision(observation, (0.0, 0.0), goal, "crossed", self._speed_max_m_s)
         if observation.t_s >= self._renew_s:
             self._error_rad = float(self._random.normal(0.0, math.radians(self._parameters.heading_noise_deg)))
             self._renew_s = observation.t_s + self._parameters.noise_period_s
-        if math.dist(own, goal) > 0.5:
-            self._heading_rad = math.atan2(goal[1] - own[1], goal[0] - own[0])
-        heading = self._heading_rad + self._error_rad
+        north, east = self._run.direction(planar(observation.own.position_ned_m), goal)
+        heading = math.atan2(east, north) + self._error_rad
         velocity = (self._speed_max_m_s * math.cos(heading), self._speed_max_m_s * math.sin(heading))
         return decision(observation, velocity, goal, "straight", self._speed_max_m_s)
