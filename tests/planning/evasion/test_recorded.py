@@ -10,16 +10,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flightapp.config.mission import load_mission
 from flightapp.config.parameter_files import beside
+from flightapp.config.profile import load_profile
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits
 from flightapp.planning import make_evader
 from flightapp.planning.api import Planner
+from flightapp.planning.evasion.recorded import Recorded
 from flightapp.planning.evasion.track_file import HEADER, read_track
+from flightapp.runtime.composition import build_strategy
+from flightapp.sim.batch.scenario import load_scenario
 from tests.planning.evasion.flight import LIMITS, fly
 
 ROW = "{t},{x},{y},1.0,0.0,0.0,0.0,1.0"
 START = (60.0, 5.0)
+MISSIONS = Path(__file__).parents[3] / "missions"
 
 
 def write(path: Path, rows: list[tuple[float, float, float]]) -> Path:
@@ -132,6 +138,21 @@ def test_files_named_by_parameters_lie_beside_the_file_that_names_them() -> None
         "weights_file": "/data/w.toml",
         "speed_scale": 0.5,
     }
+
+
+def test_missions_and_scenarios_find_the_track_beside_them(tmp_path: Path, bend: Path) -> None:
+    text = (MISSIONS / "demo_two_pursuers.toml").read_text()
+    strategy = 'strategy = { name = "boundary-seeking" }'
+    assert strategy in text
+    path = tmp_path / "mission.toml"
+    path.write_text(text.replace(strategy, f'strategy = {{ name = "recorded", parameters = {{ file = "{bend.name}" }} }}'))
+    mission = load_mission(path)
+    profile = load_profile(MISSIONS.parent / "profiles" / "sim.toml")
+    assert isinstance(build_strategy(mission, mission.vehicles[-1], profile, path, 0), Recorded)
+    scenario = tmp_path / "scenario.toml"
+    dense = (MISSIONS / "scenarios" / "a2-dense.toml").resolve()
+    scenario.write_text(f'extends = "{dense}"\n[evader]\npolicy = "recorded"\nparameters = {{ file = "{bend.name}" }}\n')
+    assert load_scenario(scenario).evader.parameters["file"] == str(bend)
 
 
 @pytest.fixture
