@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from flightapp.core.angles import TWO_PI, wrap_pi
 from flightapp.core.types import Array
+from flightapp.planning.compiled import compiled
 from flightapp.planning.plane import Point
 
 
@@ -28,3 +31,35 @@ def widest_gap_bearing(scene: Array, own: Point, range_m: float) -> float | None
             best_width, best_middle = start - reached, (start + reached) / 2
         reached = max(reached, end)
     return wrap_pi(best_middle)
+
+
+@compiled("f8(f8[:,::1],f8,f8,f8)")
+def free_gap_rad(scene: Array, n: float, e: float, range_m: float) -> float:
+    """Bearing (rad) of the middle of the widest free gap among the discs of `scene` (m, 6) within `range_m`; NaN: none."""
+    starts = np.empty(scene.shape[0])
+    ends = np.empty(scene.shape[0])
+    count = 0
+    reached = -math.inf
+    for i in range(scene.shape[0]):
+        dn = scene[i, 0] - n
+        de = scene[i, 1] - e
+        distance = math.hypot(dn, de)
+        if distance - scene[i, 2] >= range_m:
+            continue
+        half = math.asin(min(1.0, scene[i, 2] / distance)) if distance > 0.0 else 0.5 * math.pi
+        starts[count] = (math.atan2(de, dn) - half) % TWO_PI
+        ends[count] = starts[count] + 2.0 * half
+        reached = max(reached, ends[count] - TWO_PI)
+        count += 1
+    if count == 0:
+        return math.nan
+    order = np.argsort(starts[:count])
+    reached = max(reached, starts[order[0]] - TWO_PI)
+    widest = -1.0
+    middle = 0.0
+    for i in order:
+        if starts[i] - reached > widest:
+            widest = starts[i] - reached
+            middle = 0.5 * (starts[i] + reached)
+        reached = max(reached, ends[i])
+    return middle

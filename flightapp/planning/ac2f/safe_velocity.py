@@ -1,0 +1,162 @@
+"""The velocity next to the wanted one from which the vehicle can still stop before every disc (section 4.2).
+
+Stopping is judged relative to the disc's own motion, with a reaction time, and also for what is reached of a velocity after a
+short change towards it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from flightapp.core.types import Array
+from flightapp.planning.ac2f.braking import braking_speed_m_s
+from flightapp.planning.compiled import compiled
+
+DIRECTIONS = 36
+SPEEDS = 6
+STEPS = tuple((math.cos(k * 2.0 * math.pi / DIRECTIONS), math.sin(k * 2.0 * math.pi / DIRECTIONS)) for k in range(DIRECTIONS))
+TURNS = np.array(STEPS)
+
+
+class Braking(NamedTuple):
+    """What stopping may assume, and the costs between which the choice is made; all floats."""
+
+    deceleration_m_s2: float
+    reaction_s: float
+    manoeuvre_s: float = 0.2
+    """A velocity is judged by what this long a change reaches of it, too."""
+    leaving_gain_per_s: float = 2.0
+    """Speed out of an inflated disc, per metre of depth."""
+    leaving_speed_max_m_s: float = 1.0
+    excess_cost: float = 8.0
+    """Cost of 1 m/s too fast to stop; a deviation along the wish costs 1."""
+    across_cost: float = 0.3
+    """Cost of 1 m/s across the wish."""
+    change_cost: float = 0.1
+    """Cost of 1 m/s of change from the present velocity."""
+
+
+BRAKING_TYPE = numba.types.NamedUniTuple(numba.float64, len(Braking._fields), Braking)  # type: ignore[no-untyped-call]
+SCENE_TYPE = numba.types.Array(numba.float64, 2, "C")
+F8 = numba.float64
+PAIR_TYPE = numba.types.UniTuple(F8, 2)  # type: ignore[no-untyped-call]
+
+
+@compiled(F8(SCENE_TYPE, F8, F8, F8, F8, BRAKING_TYPE, F8))
+def _excess_m_s(scene: Array, n: float, e: float, vn: float, ve: float, braking: Braking, enough_m_s: float) -> float:
+    """By how much (vn, ve) is too fast towards the worst disc on its way, or too slow out of one; 0 where it is safe.
+
+    Above `enough_m_s` the result is no more than a lower bound.
+    """
+    excess = 0.0
+    for i in range(scene.shape[0]):
+        dn = scene[i, 0] - n
+        de = scene[i, 1] - e
+        un = vn - scene[i, 3]
+        ue = ve - scene[i, 4]
+        closing = un * dn + ue * de
+        if scene[i, 5] > 0.0:
+            outwards = -closing / max(1e-9, math.hypot(dn, de))
+            excess = max(excess, min(braking.leaving_speed_max_m_s, braking.leaving_gain_per_s * scene[i, 5]) - outwards)
+        if closing <= 0.0:
+            continue
+        across = un * de - ue * dn
+        speed2 = un * un + ue * ue
+        radius2 = scene[i, 2] * scene[i, 2]
+        if across * across >= radius2 * speed2:
+            continue
+        speed = math.sqrt(speed2)
+        gap = closing / speed - math.sqrt(radius2 - across * across / speed2)
+        excess = max(excess, speed - braking_speed_m_s(gap, braking.deceleration_m_s2, braking.reaction_s))
+        if excess > enough_m_s:
+            break
+    return excess
+
+
+@compiled(F8(SCENE_TYPE, F8, F8, F8, F8, F8, F8, BRAKING_TYPE, F8))
+def risk_m_s(
+    scene: Array, n: float, e: float, vn: float, ve: float, base_n: float, base_e: float, braking: Braking, enough_m_s: float
+) -> float:
+    """By how much (vn, ve) and what is reached of it within the manoeuvre, from the base velocity, are too fast to stop.
+
+    0 where both are safe; above `enough_m_s` the result is no more than a lower bound.
+    """
+    risk = _excess_m_s(scene, n, e, vn, ve, braking, enough_m_s)
+    change = math.hypot(vn - base_n, ve - base_e)
+    reach = braking.deceleration_m_s2 * braking.manoeuvre_s
+    if change <= reach or risk > enough_m_s:
+        return risk
+    part = reach / change
+    first_n = base_n + part * (vn - base_n)
+    first_e = base_e + part * (ve - base_e)
+    return risk + _excess_m_s(scene, n, e, first_n, first_e, braking, enough_m_s - risk)
+
+
+@compiled(numba.int64(SCENE_TYPE, F8, F8, F8, BRAKING_TYPE, SCENE_TYPE))
+def _relevant(scene: Array, n: float, e: float, speed_m_s: float, braking: Braking, out: Array) -> int:
+    """Copy the discs before which a vehicle with `speed_m_s` may not be able to stop, or in which it is; returns how many."""
+    count = 0
+    for i in range(scene.shape[0]):
+        relative_m_s = speed_m_s + math.hypot(scene[i, 3], scene[i, 4]) + 1e-9
+        gap = math.hypot(scene[i, 0] - n, scene[i, 1] - e) - scene[i, 2]
+        if scene[i, 5] > 0.0 or relative_m_s > braking_speed_m_s(gap, braking.deceleration_m_s2, braking.reaction_s):
+            for column in range(6):
+                out[count, column] = scene[i, column]
+            count += 1
+    return count
+
+
+@compiled(PAIR_TYPE(SCENE_TYPE, F8, F8, F8, F8, F8, F8, F8, BRAKING_TYPE))
+def safe_velocity(
+    scene: Array,
+    n: float,
+    e: float,
+    wish_n: float,
+    wish_e: float,
+    base_n: float,
+    base_e: float,
+    speed_max: float,
+    braking: Braking,
+) -> tuple[float, float]:
+    """The velocity (m/s) nearest to the wish from which a vehicle at (n, e) can stop before every disc of `scene` (m, 6).
+
+    base: the present velocity, m/s; it breaks ties against chatter. Where nothing is safe, the least excess wins.
+    """
+    risk = risk_m_s(scene, n, e, wish_n, wish_e, base_n, base_e, braking, math.inf)
+    if risk == 0.0:
+        return wish_n, wish_e
+    wish = math.hypot(wish_n, wish_e)
+    unit_n = wish_n / wish if wish > 1e-9 else 1.0
+    unit_e = wish_e / wish if wish > 1e-9 else 0.0
+    fastest = max(wish, speed_max, math.hypot(base_n, base_e))
+    near = np.empty((scene.shape[0], 6))
+    near = near[: _relevant(scene, n, e, fastest, braking, near)]
+    best = braking.excess_cost * risk + braking.change_cost * math.hypot(wish_n - base_n, wish_e - base_e)
+    best_n = wish_n
+    best_e = wish_e
+    for k in range(DIRECTIONS):
+        cos = unit_n * TURNS[k, 0] - unit_e * TURNS[k, 1]
+        sin = unit_e * TURNS[k, 0] + unit_n * TURNS[k, 1]
+        for j in range(SPEEDS):
+            speed = wish * 0.5 * (j + 1) if j < 2 else speed_max * 0.25 * (j - 1)
+            if k == 0 and j == 1:
+                speed = 0.0
+            cost = abs(wish - speed * TURNS[k, 0]) + braking.across_cost * speed * abs(TURNS[k, 1])
+            if cost >= best:
+                continue
+            vn = speed * cos
+            ve = speed * sin
+            cost += braking.change_cost * math.hypot(vn - base_n, ve - base_e)
+            if cost >= best:
+                continue
+            too_much = (best - cost) / braking.excess_cost * (1.0 + 1e-9)
+            cost += braking.excess_cost * risk_m_s(near, n, e, vn, ve, base_n, base_e, braking, too_much)
+            if cost < best:
+                best = cost
+                best_n = vn
+                best_e = ve
+    return best_n, best_e
