@@ -89,6 +89,12 @@ class Ac2fParameters(StrategyParameters):
     """beta."""
     weight_velocity: float = Field(default=0.3118, ge=0)
     """gamma at or above the fine distance; swapped with alpha below it."""
+    aim_distance_m: float = Field(default=3.0, gt=0)
+    """Headings are judged against a place this far ahead in the direction of the wish."""
+    standing_speed_m_s: float = Field(default=0.3, ge=0)
+    """Below this speed the course is the nose's, or any near the evader; a search has arrived."""
+    search_turn_rad: float = Field(default=0.5, gt=0)
+    """Turning at the place of a search, per decision."""
     raw_scores: bool = False
     """True: weights act on the plain scores (the source's literal form)."""
 
@@ -105,6 +111,20 @@ class Ac2fParameters(StrategyParameters):
     """Time from a decision until the vehicle brakes: its lag plus the age of what it sees."""
     response_lag_s: float = Field(default=0.45, ge=0)
     """Lag of the velocity loop; motions are judged from where this lag puts the vehicle."""
+    repelling_gap_min_m: float = Field(default=0.1, gt=0)
+    """Nearer to an inflated edge than this the repulsion does not grow."""
+    manoeuvre_s: float = Field(default=0.2, ge=0)
+    """A velocity is judged by what this long a change reaches of it, too."""
+    leaving_gain_per_s: float = Field(default=2.0, ge=0)
+    """Speed out of a disc in whose inflation the vehicle is, per metre of depth."""
+    leaving_speed_max_m_s: float = Field(default=1.0, ge=0)
+    """Highest speed that leaving an inflation asks for."""
+    excess_cost: float = Field(default=8.0, gt=0)
+    """Cost of 1 m/s too fast to stop, where 1 m/s less along the wish costs 1."""
+    across_cost: float = Field(default=0.3, ge=0)
+    """Cost of 1 m/s across the wish."""
+    change_cost: float = Field(default=0.1, ge=0)
+    """Cost of 1 m/s of change from the present velocity, against chatter."""
     obstacle_range_m: float = Field(default=15.0, gt=0)
     """Obstacles beyond are ignored."""
     leave_first_m: float = Field(default=0.1, ge=0)
