@@ -12,15 +12,20 @@ import numba
 import numpy as np
 
 from flightapp.core.types import Array, Limits, Observation
-from flightapp.planning.ac2f.potential_field import MANOEUVRE_S, _choose, _repulsion
+from flightapp.planning.ac2f.field import deflected
 from flightapp.planning.ac2f.records import Record
+from flightapp.planning.ac2f.safe_velocity import F8, PAIR_TYPE, SCENE_TYPE, Braking, safe_velocity
 from flightapp.planning.ac2f.scene import GRACE_M, _inflate
 from flightapp.planning.compiled import compiled
 from flightapp.planning.evasion.parameters import AvoidingParameters
 from flightapp.planning.plane import Point, planar
 
 SCENE_COLUMNS = 6
-STANDING_M_S = 1e-6
+GAP_MIN_M = 0.1
+"""The field counts a smaller gap as this."""
+
+PLAIN = Braking(0.0, 0.0)
+"""For its defaults: an evader has no costs of its own."""
 
 GIVEN = (
     "field_gain_m2",
@@ -33,26 +38,6 @@ GIVEN = (
 DERIVED = ("inflation_m", "braking_m_s2", "speed_max_m_s")
 AVOIDANCE = np.dtype([(name, "f8") for name in GIVEN + DERIVED], align=True)
 AVOIDANCE_TYPE = numba.types.Array(numba.from_dtype(AVOIDANCE), 1, "C")
-FLOAT = numba.float64
-ROWS = FLOAT[:, ::1]
-
-
-@compiled("void(f8[::1],f8[:,::1],f8,f8,f8,f8,f8)")
-def _turn(wish: Array, scene: Array, n: float, e: float, gain_m2: float, influence_m: float, repulsion_max: float) -> None:
-    """Turn `wish` (2,) m/s by the repulsion of `scene` at (n, e), at the same speed."""
-    speed = math.hypot(wish[0], wish[1])
-    if speed < STANDING_M_S:
-        return
-    push = np.empty(2)
-    _repulsion(scene, n, e, gain_m2, influence_m, push)
-    force = math.hypot(push[0], push[1])
-    scale = repulsion_max / force if force > repulsion_max else 1.0
-    north = wish[0] / speed + scale * push[0]
-    east = wish[1] / speed + scale * push[1]
-    length = math.hypot(north, east)
-    if length > STANDING_M_S:
-        wish[0] = north * speed / length
-        wish[1] = east * speed / length
 
 
 @compiled("i8(f8[:,::1],i8,f8[:,::1],f8,f8,f8,f8)")
@@ -71,42 +56,40 @@ def _add_pursuers(scene: Array, count: int, pursuers: Array, n: float, e: float,
     return count
 
 
-@compiled(numba.void(AVOIDANCE_TYPE, FLOAT, FLOAT, FLOAT, FLOAT, ROWS, FLOAT, ROWS, ROWS, FLOAT[::1]))
+@compiled(PAIR_TYPE(AVOIDANCE_TYPE, F8, F8, F8, F8, F8, F8, SCENE_TYPE, F8, SCENE_TYPE, SCENE_TYPE))
 def avoid(
     parameters: Record,
     own_n: float,
     own_e: float,
     base_n: float,
     base_e: float,
+    wish_n: float,
+    wish_e: float,
     discs: Array,
     age_s: float,
     pursuers: Array,
     scene: Array,
-    wish: Array,
-) -> None:
-    """Make `wish` (2,) m/s one that can be flown from (own_n, own_e) at the velocity (base_n, base_e).
+) -> Point:
+    """What of the wish (m/s) can be flown from (own_n, own_e) at the velocity (base_n, base_e).
 
     discs: (n, 7) observed `age_s` ago. pursuers: (k, 4). scene: workspace (>= n + k, 6).
     """
     p = parameters[0]
+    gain_m2, influence_m, cap = p.field_gain_m2, p.field_influence_m, p.field_repulsion_max
     count = _inflate(discs, own_n, own_e, age_s, p.inflation_m, p.obstacle_range_m, np.empty((0, 2)), 0.0, 0.0, scene)
-    _turn(wish, scene[:count], own_n, own_e, p.field_gain_m2, p.field_influence_m, p.field_repulsion_max)
+    wish_n, wish_e = deflected(scene[:count], own_n, own_e, wish_n, wish_e, gain_m2, influence_m, cap, GAP_MIN_M)
     count = _add_pursuers(scene, count, pursuers, own_n, own_e, p.pursuer_distance_m, p.obstacle_range_m)
-    reach = p.braking_m_s2 * MANOEUVRE_S
-    _choose(
-        scene[:count],
-        own_n,
-        own_e,
-        wish[0],
-        wish[1],
-        base_n,
-        base_e,
-        p.speed_max_m_s,
-        reach,
+    braking = Braking(
         p.braking_m_s2,
         p.reaction_s,
-        wish,
+        PLAIN.manoeuvre_s,
+        PLAIN.leaving_gain_per_s,
+        PLAIN.leaving_speed_max_m_s,
+        PLAIN.excess_cost,
+        PLAIN.across_cost,
+        PLAIN.change_cost,
     )
+    return safe_velocity(scene[:count], own_n, own_e, wish_n, wish_e, base_n, base_e, p.speed_max_m_s, braking)
 
 
 class Avoidance:
@@ -128,8 +111,6 @@ class Avoidance:
         discs = np.ascontiguousarray(obstacles.discs, dtype=np.float64)
         if len(discs) + len(pursuers) > len(self._scene):
             self._scene = np.empty((2 * (len(discs) + len(pursuers)), SCENE_COLUMNS))
-        velocity = np.array(wish)
         age_s = max(0.0, observation.t_s - obstacles.t_s)
         base = planar(observation.own.velocity_ned_m_s)
-        avoid(self._record, *own, *base, discs, age_s, pursuers, self._scene, velocity)
-        return planar(velocity)
+        return avoid(self._record, *own, *base, *wish, discs, age_s, pursuers, self._scene)
