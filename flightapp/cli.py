@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import shlex
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -168,6 +169,101 @@ def bench(
         print(json.dumps(result, indent=2))
     else:
         print_bench(result)
+
+
+Scenario = Annotated[Path, typer.Argument(help="Scenario file.")]
+Set = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a field of the scenario; repeatable.")]
+Parameters = Annotated[Path | None, typer.Option("--parameters", help="Planner-parameter file, on top of the scenario's.")]
+WorkerCount = Annotated[int | None, typer.Option("--workers", help="Worker processes; default all local cores.")]
+Backend = Annotated[str, typer.Option("--backend", help="local, dask or ray (extras of the same names).")]
+
+
+@app.command()
+def campaign(
+    scenario: Scenario,
+    planner: Annotated[list[str], typer.Option("--planner", help="Planner to fly; repeatable, the first is compared with.")],
+    seeds: Annotated[str, typer.Option("--seeds", help="17, 0-999 or 3,5,20-29: the same for every planner.")] = "0-99",
+    workers: WorkerCount = None,
+    as_json: Json = False,
+    changes: Set = None,
+    parameters: Parameters = None,
+    backend: Backend = "local",
+    output: Annotated[Path | None, typer.Option("--output", help="New folder; default campaigns/TIME-SCENARIO.")] = None,
+    record: Annotated[bool, typer.Option("--record", help="Record every run as MCAP, for flightapp report.")] = False,
+    draw: Annotated[
+        str | None, typer.Option("--draw", help="none, failed:N or seeds; default the first seed and failed:3.")
+    ] = None,
+) -> None:
+    """Fly planners on the same seeds of a scenario, faster than real time, and compare them with statistics and pictures.
+
+    Exit status: 0 finished, 2 bad input, 3 fault, 130 stopped by a person; what was finished by then is written.
+
+    Example: flightapp campaign missions/scenarios/a2-dense.toml --planner geo-apf --planner ac2f --seeds 0-999
+    """
+    from flightapp.analysis.campaign.campaign import RECORDINGS, Campaign, run_campaign
+    from flightapp.analysis.campaign.drawing import parse_drawing
+    from flightapp.analysis.campaign.question import load_question
+    from flightapp.analysis.campaign.seeds import parse_seeds
+    from flightapp.analysis.campaign.workers import Workers
+
+    loaded, given = load_question(scenario, changes or [], parameters)
+    chosen = parse_seeds(seeds)
+    question = Campaign(loaded, tuple(planner), chosen, given, parse_drawing(draw, chosen), record)
+    finished = run_campaign(question, Workers(workers, backend), output)
+    if as_json:
+        print(json.dumps(finished.summary, indent=2))
+    else:
+        print(finished.table)
+        print(f"files:  {finished.folder}")
+        if record and finished.complete:
+            print(f"report: flightapp report {finished.folder / RECORDINGS}/PLANNER-SEED")
+    raise typer.Exit(0 if finished.complete else INTERRUPTED)
+
+
+@app.command()
+def tune(
+    scenario: Scenario,
+    planner: Annotated[str, typer.Option("--planner", help="Planner whose fine weights are tuned.")] = "ac2f",
+    evaluations: Annotated[int, typer.Option("--evaluations", min=0, help="Evaluations after the initial ones.")] = 200,
+    initial: Annotated[int, typer.Option("--initial", min=2, help="Latin-hypercube samples to begin with.")] = 20,
+    batch: Annotated[int, typer.Option("--batch", min=1, help="Runs an evaluation, always on the same seeds.")] = 20,
+    seeds: Annotated[str, typer.Option("--seeds", help="Where the batch's seeds are taken from, at least 10000.")] = "10000-",
+    seed: Seed = 0,
+    workers: WorkerCount = None,
+    as_json: Json = False,
+    changes: Set = None,
+    parameters: Parameters = None,
+    backend: Backend = "local",
+    output: Annotated[
+        Path | None, typer.Option("--output", help="Parameter file to write; default campaigns/tune-SCENARIO.toml.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint beside the output.")] = False,
+) -> None:
+    """Find the weights of the fine stage by Bayesian optimisation, and write them as a planner-parameter file.
+
+    Beside the file stand its checkpoint (.jsonl) and the picture of the response surface (.png). Exit status as of campaign.
+
+    Example: flightapp tune missions/scenarios/a2-dense.toml --evaluations 500 --batch 50
+    """
+    from flightapp.analysis.campaign.question import load_question
+    from flightapp.analysis.campaign.seeds import parse_batch
+    from flightapp.analysis.campaign.workers import Workers
+    from flightapp.analysis.tuning.tune import Problem
+    from flightapp.analysis.tuning.tuning_run import run_tuning
+
+    loaded, given = load_question(scenario, changes or [], parameters)
+    problem = Problem(loaded, planner, parse_batch(seeds, batch), given, initial, seed)
+    finished = run_tuning(problem, evaluations, Workers(workers, backend), output, _command_line(), again=resume)
+    print(json.dumps(finished.summary, indent=2) if as_json else finished.text())
+    raise typer.Exit(0 if finished.complete else INTERRUPTED)
+
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, as of a shell."""
+
+
+def _command_line() -> str:
+    return shlex.join(["flightapp", *sys.argv[1:]])
 
 
 def main() -> None:

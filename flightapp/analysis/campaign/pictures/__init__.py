@@ -1,0 +1,1 @@
+"""Plain pictures of a campaign, for a paper or a README."""

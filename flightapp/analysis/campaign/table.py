@@ -1,0 +1,88 @@
+"""table.md: a campaign's figures for a person to read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from flightapp.analysis.campaign.summary import Summary
+
+DASH = "–"
+
+
+def markdown(summary: Summary, details: Mapping[str, Summary]) -> str:
+    """Outcomes, then figures over successful runs as mean (median), then computation; one row a planner."""
+    planners: list[Summary] = summary["planners"]
+    parts = [
+        f"# {summary['scenario']}, seeds {summary['seeds']}",
+        _table(OUTCOME_HEADINGS, [_outcomes(one) for one in planners]),
+        "Success: captured without collision, 95 % Wilson interval; p: two-proportion z-test against the first planner.",
+        _table(FIGURE_HEADINGS, [_figures(one, details[one["planner"]]["median"]) for one in planners]),
+        "Over successful runs: mean (median); clearance: least (median).",
+        _table(COMPUTATION_HEADINGS, [_computation(one, details[one["planner"]]["mode_share"]) for one in planners]),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+OUTCOME_HEADINGS = ("planner", "runs", "success %", "95 % interval", "p", "collided %", "escaped %", "timed out %")
+FIGURE_HEADINGS = ("planner", "time s", "path m", "jerk m/s3", "d_min m", "clearance m", "time / shortest")
+COMPUTATION_HEADINGS = ("planner", "decision p50 ms", "p99 ms", "simulated s/s", "modes")
+
+
+def _outcomes(one: Summary) -> list[str]:
+    low, high = one["success_ci95"]
+    return [
+        one["planner"],
+        str(one["runs"]),
+        _percent(one["success_rate"]),
+        f"{_percent(low)} to {_percent(high)}",
+        DASH if one["p_value"] is None else f"{one['p_value']:.2g}",
+        _percent(one["collision_rate"]),
+        _percent(one["escape_rate"]),
+        _percent(one["timeout_rate"]),
+    ]
+
+
+def _figures(one: Summary, median: Summary) -> list[str]:
+    ratio = one.get("time_over_shortest_path")
+    return [
+        one["planner"],
+        *(
+            _pair(one[name], median[name])
+            for name in ("capture_time_s", "path_length_m", "mean_jerk_m_s3", "boundary_distance_m", "min_clearance_m")
+        ),
+        DASH if ratio is None else f"median {ratio['median']:.2f}, most {ratio['max']:.2f}",
+    ]
+
+
+def _computation(one: Summary, modes: Mapping[str, float]) -> list[str]:
+    shares = sorted(modes.items(), key=lambda item: -item[1])
+    return [
+        one["planner"],
+        _number(one["decision_ms"]["p50"], 3),
+        _number(one["decision_ms"]["p99"], 3),
+        _number(one["simulated_s_per_s"], 0),
+        ", ".join(f"{mode} {_percent(share)} %" for mode, share in shares),
+    ]
+
+
+def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(3, *(len(row[column]) for row in (headings, *rows))) for column in range(len(headings))]
+    rule = ["-" * width if column == 0 else "-" * (width - 1) + ":" for column, width in enumerate(widths)]
+    return "\n".join(_line(row, widths) for row in (headings, rule, *rows))
+
+
+def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
+    first, *others = (f"{cell:{'<' if column == 0 else '>'}{widths[column]}}" for column, cell in enumerate(cells))
+    return f"| {' | '.join((first, *others))} |"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f}"
+
+
+def _pair(value: float | None, median: float | None) -> str:
+    return DASH if value is None else f"{_number(value, 2)} ({_number(median, 2)})"
+
+
+def _number(value: float | None, decimals: int) -> str:
+    return DASH if value is None else f"{value:.{decimals}f}"
