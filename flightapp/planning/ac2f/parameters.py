@@ -184,6 +184,32 @@ class Ac2fParameters(StrategyParameters):
     face_evader_speed_m_s: float = Field(default=0.5, ge=0)
     """Below this speed, within the slot range, the vehicle faces the evader; above it, its direction of travel."""
 
+    # discs that left the view, and the way out of traps
+    disc_memory_s: float = Field(default=10.0, ge=0)
+    """How long a static disc that is no longer seen is still avoided and planned around; 0: not at all."""
+    disc_memory_gate_m: float = Field(default=0.35, gt=0, le=1)
+    """A disc is the remembered one if the centres are within this distance."""
+    disc_memory_sight_m: float = Field(default=5.0, ge=0)
+    """Within this distance a remembered disc that one looks through is forgotten: less than any sensor's range."""
+    disc_memory_speed_max_m_s: float = Field(default=0.3, ge=0)
+    """Faster discs are not remembered."""
+    guidance: bool = True
+    """Fly around traps by guidance points: the corners of the shortest way past the remembered discs."""
+    guidance_group_m: float = Field(default=3.0, gt=0)
+    """A way is only searched where a group of discs without a gap to pass reaches this far from its disc in the straight way."""
+    guidance_detour_m: float = Field(default=2.0, gt=0)
+    """Guided where the way past the discs is longer than the straight one by this; until it is by a quarter of this."""
+    guidance_margin_m: float = Field(default=0.3, ge=0)
+    """The way keeps this much more from discs where there is room."""
+    guidance_cell_m: float = Field(default=0.5, gt=0.1, le=2)
+    """Side of a cell of the search, which covers 128 x 128 of them around the vehicle."""
+    guidance_period_s: float = Field(default=0.5, gt=0)
+    """Shortest time between two searches."""
+    guidance_time_max_s: float = Field(default=20.0, gt=0)
+    """Longest time of being guided at a stretch."""
+    guidance_pause_s: float = Field(default=2.0, ge=0)
+    """After it, or where no way was found, this long without."""
+
     @model_validator(mode="after")
     def _is_consistent(self) -> Ac2fParameters:
         if self.target_lost_s <= self.target_stale_s:

@@ -77,6 +77,14 @@ MEMORY_FIELDS = [
     ("history_next_s", "f8"),
     ("trail_count", "i8"),
     ("trail_next_s", "f8"),
+    ("disc_count", "i8"),  # rows of the disc memory
+    ("discs_t_s", "f8"),  # time of the last observation in it
+    ("guided", "i8"),
+    ("guided_since_s", "f8"),
+    ("guidance_next_s", "f8"),  # no search for a way before
+    ("guidance_free_s", "f8"),  # since when the straight way is free; inf: it is not
+    ("way_count", "i8"),  # corners of the way that is followed
+    ("way_next", "i8"),  # the corner that is flown to: the guidance point
 ]
 
 VIEW_FIELDS = [

@@ -1,0 +1,244 @@
+"""Short-term memory of static discs: what has left the field of view or the range is still there, for a while.
+
+Rows are (north_m, east_m, radius_m, seen_s, clear_s, sightings): when the disc was last seen, since when its place was in open
+view showing it (inf: it was not), and how many sightings its mean position is of (at most `SIGHTINGS_MAX`).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import void
+
+from flightapp.core.types import Array
+from flightapp.planning.ac2f.corridor import kept_m
+from flightapp.planning.ac2f.records import MEMORY_TYPE, NUMBER, PARAMETERS_TYPE, ROWS, TRUTH, VIEW_TYPE, WHOLE, Record
+from flightapp.planning.compiled import compiled
+
+CAPACITY = 256
+COLUMNS = 6
+SIGHTINGS_MAX = 10.0
+CLEAR_S = 0.3  # looked through for this long: gone
+EDGE_RAD = 0.1  # of a sector that was not observed; the vehicle turns while the picture ages
+CELL_M = 2.0  # of the hash grid: at least twice the gate
+BUCKETS = 512
+
+
+def blank_discs() -> Array:
+    """Rows (CAPACITY, COLUMNS) for the memory of one planner."""
+    return np.zeros((CAPACITY, COLUMNS))
+
+
+@compiled("i8(f8,f8)")
+def _bucket(cell_n: float, cell_e: float) -> int:
+    return (int(cell_n) * 73856093 ^ int(cell_e) * 19349663) & (BUCKETS - 1)
+
+
+@compiled(TRUTH(ROWS, WHOLE, NUMBER, NUMBER, NUMBER, NUMBER))
+def is_vehicle(trail: Array, trail_count: int, n: float, e: float, radius: float, body_m: float) -> bool:
+    """Whether a disc lies where a vehicle's centre is or was: within `body_m` of a place of `trail` (k, >=2)."""
+    reach = radius + body_m
+    for k in range(trail_count):
+        dn = n - trail[k, 0]
+        de = e - trail[k, 1]
+        if dn * dn + de * de < reach * reach:
+            return True
+    return False
+
+
+@compiled(TRUTH(ROWS, NUMBER, NUMBER, NUMBER))
+def _in_view(unseen: Array, bearing: float, half: float, distance: float) -> bool:
+    """Whether all of the disc at `bearing`, of half angle `half` (rad), is outside the sectors `unseen`."""
+    reach = half + EDGE_RAD
+    for k in range(unseen.shape[0]):
+        width = (unseen[k, 1] - unseen[k, 0]) % (2.0 * math.pi)
+        into = (bearing - unseen[k, 0] + reach) % (2.0 * math.pi)
+        if into < width + 2.0 * reach:
+            return False
+    return distance > 0.0
+
+
+@compiled(TRUTH(ROWS, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER))
+def _hidden(discs: Array, own_n: float, own_e: float, n: float, e: float, radius: float) -> bool:
+    """Whether any of `discs` covers a part of the disc (n, e, radius) as seen from the own position."""
+    distance = math.hypot(n - own_n, e - own_e)
+    unit_n = (n - own_n) / distance
+    unit_e = (e - own_e) / distance
+    for i in range(discs.shape[0]):
+        dn = discs[i, 0] - own_n
+        de = discs[i, 1] - own_e
+        along = dn * unit_n + de * unit_e
+        if 0.0 < along < distance and abs(de * unit_n - dn * unit_e) < discs[i, 2] + radius:
+            return True
+    return False
+
+
+@compiled(void(ROWS, MEMORY_TYPE, NUMBER))
+def _expire(rows: Array, memories: Record, oldest_s: float) -> None:
+    memory = memories[0]
+    kept = 0
+    for i in range(memory.disc_count):
+        if rows[i, 3] >= oldest_s:
+            if kept != i:
+                rows[kept] = rows[i]
+            kept += 1
+    memory.disc_count = kept
+
+
+@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, ROWS, NUMBER, ROWS, WHOLE, ROWS))
+def _take(
+    settings: Record, memories: Record, discs: Array, discs_t_s: float, trail: Array, trail_count: int, rows: Array
+) -> None:
+    """Match each static disc with the nearest remembered one that is not matched yet, or add it."""
+    parameters = settings[0]
+    memory = memories[0]
+    gate_m = min(parameters.disc_memory_gate_m, 0.5 * CELL_M)
+    heads = np.full(BUCKETS, -1, np.int16)
+    links = np.empty(CAPACITY, np.int16)
+    for i in range(memory.disc_count):
+        bucket = _bucket(math.floor(rows[i, 0] / CELL_M), math.floor(rows[i, 1] / CELL_M))
+        links[i] = heads[bucket]
+        heads[bucket] = i
+    speed_max2 = parameters.disc_memory_speed_max_m_s**2
+    known = memory.disc_count
+    for d in range(discs.shape[0]):
+        if discs[d, 3] * discs[d, 3] + discs[d, 4] * discs[d, 4] > speed_max2:
+            continue
+        n = discs[d, 0]
+        e = discs[d, 1]
+        nearest = -1
+        nearest2 = gate_m * gate_m
+        from_e = math.floor((e - gate_m) / CELL_M)
+        to_e = math.floor((e + gate_m) / CELL_M)
+        cell_n = math.floor((n - gate_m) / CELL_M)
+        to_n = math.floor((n + gate_m) / CELL_M)
+        while cell_n <= to_n:
+            cell_e = from_e
+            while cell_e <= to_e:
+                i = heads[_bucket(cell_n, cell_e)]
+                while i >= 0:
+                    apart2 = (rows[i, 0] - n) ** 2 + (rows[i, 1] - e) ** 2
+                    if apart2 <= nearest2 and rows[i, 3] < discs_t_s and (apart2 < nearest2 or i < nearest or nearest < 0):
+                        nearest = i
+                        nearest2 = apart2
+                    i = links[i]
+                cell_e += 1.0
+            cell_n += 1.0
+        if nearest >= 0:
+            row = rows[nearest]
+            row[5] = min(row[5] + 1.0, SIGHTINGS_MAX)
+            row[0] += (n - row[0]) / row[5]
+            row[1] += (e - row[1]) / row[5]
+            row[2] += (discs[d, 2] - row[2]) / row[5]
+            row[3] = discs_t_s
+            row[4] = np.inf
+            continue
+        small = discs[d, 2] <= parameters.vehicle_radius_max_m
+        if small and is_vehicle(trail, trail_count, n, e, discs[d, 2], parameters.vehicle_disc_m):
+            continue
+        if memory.disc_count < CAPACITY:
+            row = rows[memory.disc_count]
+            memory.disc_count += 1
+        else:
+            oldest = 0
+            for i in range(1, known):
+                if rows[i, 3] < rows[oldest, 3]:
+                    oldest = i
+            if rows[oldest, 3] >= discs_t_s:
+                return
+            row = rows[oldest]
+        row[0] = n
+        row[1] = e
+        row[2] = discs[d, 2]
+        row[3] = discs_t_s
+        row[4] = np.inf
+        row[5] = 1.0
+
+
+@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, NUMBER, ROWS, ROWS))
+def _look_through(
+    settings: Record, memories: Record, views: Record, discs: Array, discs_t_s: float, unseen: Array, rows: Array
+) -> None:
+    """Forget what is near and in open view, and was not seen for a while."""
+    parameters = settings[0]
+    memory = memories[0]
+    own_n = views[0].own_n
+    own_e = views[0].own_e
+    kept = 0
+    for i in range(memory.disc_count):
+        gone = False
+        if rows[i, 3] < discs_t_s:
+            dn = rows[i, 0] - own_n
+            de = rows[i, 1] - own_e
+            distance = math.hypot(dn, de)
+            radius = rows[i, 2]
+            clear = radius < distance < parameters.disc_memory_sight_m + radius
+            if clear and unseen.shape[0] > 0:
+                clear = _in_view(unseen, math.atan2(de, dn), math.asin(min(1.0, radius / distance)), distance)
+            if clear and not _hidden(discs, own_n, own_e, rows[i, 0], rows[i, 1], radius):
+                rows[i, 4] = min(rows[i, 4], discs_t_s)
+                gone = discs_t_s - rows[i, 4] >= CLEAR_S
+            else:
+                rows[i, 4] = np.inf
+        if not gone:
+            if kept != i:
+                rows[kept] = rows[i]
+            kept += 1
+    memory.disc_count = kept
+
+
+@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, NUMBER, ROWS, ROWS, WHOLE, ROWS))
+def remember_discs(
+    settings: Record,
+    memories: Record,
+    views: Record,
+    discs: Array,
+    discs_t_s: float,
+    unseen: Array,
+    trail: Array,
+    trail_count: int,
+    rows: Array,
+) -> None:
+    """Bring the memory `rows` up to date with the observation `discs` (n, >=5) of `discs_t_s`.
+
+    unseen: (u, 2) bearings not observed. trail: (k, >=2) where other vehicles are or were: no disc there is remembered. The same
+    observation again changes nothing but what has expired.
+    """
+    memory = memories[0]
+    if settings[0].disc_memory_s <= 0.0:
+        return
+    _expire(rows, memories, views[0].t_s - settings[0].disc_memory_s)
+    if memory.disc_count > 0 and discs_t_s <= memory.discs_t_s:
+        return
+    memory.discs_t_s = discs_t_s
+    _take(settings, memories, discs, discs_t_s, trail, trail_count, rows)
+    _look_through(settings, memories, views, discs, discs_t_s, unseen, rows)
+
+
+@compiled(WHOLE(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, WHOLE, ROWS, ROWS, WHOLE))
+def recall_discs(
+    settings: Record, memories: Record, views: Record, trail: Array, trail_count: int, rows: Array, scene: Array, count: int
+) -> int:
+    """Add what is remembered and was not observed now to `scene` (cap, 6), from row `count`; the new number of rows."""
+    parameters = settings[0]
+    memory = memories[0]
+    for i in range(memory.disc_count):
+        if rows[i, 3] >= memory.discs_t_s or count >= scene.shape[0]:
+            continue
+        distance = math.hypot(rows[i, 0] - views[0].own_n, rows[i, 1] - views[0].own_e)
+        radius = rows[i, 2]
+        if distance - radius > parameters.obstacle_range_m:
+            continue
+        small = radius <= parameters.vehicle_radius_max_m
+        if small and is_vehicle(trail, trail_count, rows[i, 0], rows[i, 1], radius, parameters.vehicle_disc_m):
+            continue
+        inflated = radius + parameters.inflation_m
+        scene[count, 0] = rows[i, 0]
+        scene[count, 1] = rows[i, 1]
+        scene[count, 2] = kept_m(rows, i, views[0].own_n, views[0].own_e, parameters.inflation_m)
+        scene[count, 3] = 0.0
+        scene[count, 4] = 0.0
+        scene[count, 5] = max(0.0, inflated - distance)
+        count += 1
+    return count
