@@ -82,12 +82,22 @@ def solve(
     sides: Sequence[Segment],
     *,
     closed: bool = False,
+    union: bool = False,
     goal_spacing_m: float = 3.0,
 ) -> Game:
-    """The game for `pursuers` (m) against `evader` before the boundary `sides`; `goal_spacing_m` keeps goals apart."""
+    """The game for `pursuers` (m) against `evader` before the boundary `sides`; `goal_spacing_m` keeps goals apart.
+
+    In the union of the regions the game point is the best of the games against each pursuer alone.
+    """
     regions = tuple(dominance(p, evader, ratio) for p, ratio in zip(pursuers, speed_ratios, strict=True))
     if closed and inside(evader, sides):
         return Game(evader, False, 0.0, (True,) * len(regions), (evader,) * len(regions), regions)
+    if union and len(regions) > 1:
+        alone = [solve([p], evader, [ratio], sides, closed=closed) for p, ratio in zip(pursuers, speed_ratios, strict=True)]
+        lost = [game for game in alone if not game.contested]
+        best = min(lost, key=lambda game: math.dist(game.point, evader)) if lost else min(alone, key=lambda game: game.distance_m)
+        active = _active(best.point, pursuers, speed_ratios, regions)
+        return Game(best.point, best.contested, best.distance_m, active, (), regions)
     reached = [point for point in _on_boundary(evader, regions, sides) if _in_all(point, regions)]
     if reached:
         point = min(reached, key=lambda candidate: math.dist(candidate, evader))
@@ -133,6 +143,8 @@ def _on_edges(evader: Point, regions: Sequence[Dominance], sides: Sequence[Segme
     """Candidates for the point nearest to the boundary: extreme points of each edge, and where two edges meet."""
     yield evader
     for region in regions:
+        if region.kind == "half-plane":
+            yield region.centre
         for (an, ae), (bn, be) in sides:
             along = unit((bn - an, be - ae))
             yield from _extremes(region, (-along[1], along[0]))

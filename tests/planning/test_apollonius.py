@@ -42,7 +42,7 @@ def regions_contain(regions: Array, point: Point) -> bool:
 
 
 @given(
-    st.lists(st.tuples(place, st.one_of(ratio, st.floats(0.6, 2.5), st.just(1.0))), min_size=1, max_size=4),
+    st.lists(st.tuples(place, st.one_of(ratio, st.floats(0.6, 2.5), st.just(1.0))), min_size=1, max_size=7),
     place,
     st.lists(place, min_size=2, max_size=5),
     st.booleans(),
@@ -64,6 +64,48 @@ def test_the_kernel_agrees_with_plain_python(
         assert tuple(found.active > 0.0) == expected.active
         for pursuer, goal, wanted in zip(places, found.goals, expected.goals, strict=True):
             assert math.dist(pursuer, goal) == pytest.approx(math.dist(pursuer, wanted), abs=1e-3)
+
+
+@given(
+    st.lists(st.tuples(place, st.one_of(ratio, st.floats(0.6, 2.5), st.just(1.0))), min_size=1, max_size=4),
+    place,
+    st.lists(place, min_size=2, max_size=4),
+    st.booleans(),
+)
+def test_the_union_is_as_good_for_the_evader_as_its_best_single_region(
+    pursuers: list[tuple[Point, float]], evader: Point, corners: list[Point], closed: bool
+) -> None:
+    sides = tuple(itertools.pairwise([*corners, corners[0]] if closed else corners))
+    places, ratios = [p for p, _ in pursuers], [r for _, r in pursuers]
+    expected = reference.solve(places, evader, ratios, sides, closed=closed, union=True)
+    found = solve(places, evader, ratios, rows(sides), closed=closed, union=True)
+    assert found.contested == expected.contested
+    assert found.distance_m == pytest.approx(expected.distance_m, abs=1e-6)
+    assert found.distance_m <= solve(places, evader, ratios, rows(sides), closed=closed).distance_m + 1e-5
+    for row in found.goals.tolist():  # goals are the game point or lie on the edge of the union, never in it
+        assert math.dist(row, found.point) < 1e-9 or max(depth_m(region, *row) for region in found.regions) < 1e-4
+
+
+@given(st.lists(st.tuples(place, st.floats(1.05, 3.0)), min_size=9, max_size=25), above)
+def test_many_pursuers_play_as_their_pairs_do(pursuers: list[tuple[Point, float]], evader: Point) -> None:
+    """In the plane two of the regions already fix the game point, where nothing but regions and a line is in play."""
+    places, ratios = [p for p, _ in pursuers], [r for _, r in pursuers]
+    found = game(places, evader, ratios)
+    assert all(depth_m(row, *found.point) > -1e-3 for row in found.regions)
+    pairs = itertools.combinations(range(len(places)), 2)
+    best = max(game([places[i], places[j]], evader, [ratios[i], ratios[j]]).distance_m for i, j in pairs)
+    assert found.distance_m == pytest.approx(best, abs=1e-3)
+
+
+@given(st.lists(st.tuples(place, st.floats(1.05, 3.0)), min_size=1, max_size=4), place, above)
+def test_adding_a_pursuer_of_another_speed_never_enlarges_the_region(
+    pursuers: list[tuple[Point, float]], another: Point, evader: Point
+) -> None:
+    places, ratios = [p for p, _ in pursuers], [r for _, r in pursuers]
+    before = game(places, evader, ratios)
+    after = game([*places, another], evader, [*ratios, 1.2])
+    assert after.distance_m >= before.distance_m - 1e-4
+    assert regions_contain(before.regions, after.point)
 
 
 @given(st.lists(place, min_size=1, max_size=4), place, above, ratio)
@@ -125,6 +167,34 @@ def test_the_boundary_in_reach_is_not_contested_and_the_nearest_point_is_taken()
     found = game([(40.0, 0.0)], (5.0, 3.0), [1.5])
     assert not found.contested
     assert found.point == pytest.approx((0.0, 3.0))
+
+
+def test_of_the_places_on_the_boundary_that_the_evader_wins_the_one_it_reaches_first_is_taken() -> None:
+    found = game([(0.0, -3.0)], (5.0, 0.0), [1.1])
+    assert not found.contested
+    assert found.point[0] == pytest.approx(0.0, abs=1e-9)
+    assert math.dist(found.point, (0.0, -3.0)) == pytest.approx(1.1 * math.dist(found.point, (5.0, 0.0)))
+
+
+def test_equal_speed_leaves_the_nearer_half_plane() -> None:
+    assert game([(0.0, 0.0)], (30.0, 0.0), [1.0]).point == pytest.approx((15.0, 0.0))
+    assert not game([(0.0, 0.0)], (30.0, 20.0), [1.0]).contested, "it reaches the line beside the pursuer"
+    assert game([(0.0, 0.0), (0.0, 40.0)], (30.0, 20.0), [1.0, 1.0]).point == pytest.approx((25.0 / 3.0, 20.0))
+
+
+def test_an_evader_past_the_line_is_as_near_to_it_as_one_before_it() -> None:
+    past, before = game([(10.0, 0.0)], (-20.0, 3.0), [1.5]), game([(-10.0, 0.0)], (20.0, 3.0), [1.5])
+    assert past.contested == before.contested
+    assert past.distance_m == pytest.approx(before.distance_m)
+
+
+@given(st.lists(place, min_size=1, max_size=3), above)
+def test_the_game_near_equal_speed_is_continuous(pursuers: list[Point], evader: Point) -> None:
+    if min(math.dist(p, evader) for p in pursuers) < 1.0:
+        return
+    exact, above_one = (game(pursuers, evader, [r] * len(pursuers)) for r in (1.0, 1.0 + 1e-5))
+    if exact.contested and above_one.contested:
+        assert above_one.distance_m == pytest.approx(exact.distance_m, abs=0.1)
 
 
 def test_a_faster_evader_reaches_the_boundary() -> None:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from flightapp.core.types import Array, Limits
 from flightapp.planning.ac2f.parameters import Ac2fParameters
-from flightapp.planning.ac2f.pursuit import intend
+from flightapp.planning.ac2f.pursuit import intend, team_distance_m
 from flightapp.planning.ac2f.records import INTENT, MEMORY, VIEW, parameter_record
 from flightapp.planning.ac2f.stage import Stage
 from flightapp.planning.plane import Point, Segment
@@ -24,7 +24,7 @@ LINE: tuple[Segment, ...] = (((0.0, -200.0), (0.0, 200.0)),)
 RING = {"radius_m": 3.0, "hold_radius_m": 2.2}
 CONTACT = {"mode": "first"}
 
-coordinate = st.floats(-40.0, 40.0).map(lambda value: round(value, 3))
+coordinate = st.floats(-40.0, 40.0).map(lambda value: round(value, 3) + 0.0)
 place = st.tuples(coordinate, coordinate)
 speed = st.floats(-5.0, 5.0)
 velocity = st.tuples(speed, speed)
@@ -143,3 +143,106 @@ def test_the_kernel_agrees_with_plain_python(
     if math.dist(goals[0], expected.game.goals[0]) < 1e-6:  # where two points are equally good, either may be taken
         assert goal_of(found) == pytest.approx(expected.goal, abs=1e-6)
         assert velocity_of(found) == pytest.approx(expected.velocity, abs=1e-5)
+
+
+def test_the_evader_past_the_boundary_is_lost_and_is_chased_itself() -> None:
+    intent, _ = wanted(Ac2fParameters(), (40.0, 0.0), (-5.0, 0.0), lost=True)
+    assert not intent["contested"]
+    assert goal_of(intent) == pytest.approx((-5.0 + 0.32, 0.0))
+
+
+def test_a_standing_evader_is_played_against_at_its_assumed_speed() -> None:
+    parameters = Ac2fParameters(evader_speed_assumed_m_s=3.0)
+    intent, _ = wanted(parameters, (0.0, 0.0), (60.0, 0.0), (0.0, 0.0))
+    assert (intent["point_n"], intent["point_e"]) == pytest.approx((40.0, 0.0))
+    assert intent["eta_s"] == pytest.approx((60.0 - 0.32) / LIMITS.speed_max_m_s)
+
+
+def test_the_literal_game_is_a_choice() -> None:
+    where = ((0.0, 0.0), (30.0, 10.0), (-2.0, 0.0))
+    team = ((0.0, 25.0),)
+    intersection, _ = wanted(Ac2fParameters(), *where, team=team)
+    union, _ = wanted(Ac2fParameters(game="union"), *where, team=team)
+    assert union["boundary_m"] < intersection["boundary_m"] - 1.0
+
+
+@pytest.mark.parametrize("stage", [Stage.COARSE, Stage.FINE, Stage.TRACKING])
+@pytest.mark.parametrize("goal", ["game", "evader"])
+@given(own=place, evader=place, evader_velocity=velocity, team=st.lists(place, max_size=2))
+def test_without_lead_the_goal_is_the_game_point_or_where_the_evader_is(
+    stage: Stage, goal: str, own: Point, evader: Point, evader_velocity: Point, team: list[Point]
+) -> None:
+    parameters = Ac2fParameters.model_validate({"lead": False, "goal": goal, "capture": CONTACT})
+    intent, _ = wanted(parameters, own, evader, evader_velocity, team=tuple(team), stage=stage)
+    far = stage is Stage.COARSE and math.dist(own, evader) >= parameters.fine_trigger_m and goal == "game"
+    expected = (float(intent["point_n"]), float(intent["point_e"])) if far else evader
+    assert goal_of(intent) == expected
+    north, east = velocity_of(intent)
+    if math.dist(own, expected) > 0.0:
+        assert math.hypot(north, east) == pytest.approx(LIMITS.speed_max_m_s)
+        assert north * (expected[1] - own[1]) == pytest.approx(east * (expected[0] - own[0]), abs=1e-6)
+
+
+def test_without_lead_a_keep_out_is_respected_as_with_it() -> None:
+    near = ((10.0, 0.0), (18.0, 1.0), (-3.0, 0.0))
+    plain, lead = (wanted(Ac2fParameters.model_validate({"lead": b, "capture": RING}), *near)[0] for b in (False, True))
+    assert velocity_of(plain) == velocity_of(lead)
+    assert math.dist(goal_of(plain), (18.0, 1.0)) == pytest.approx(2.2)
+
+
+def test_the_goal_evader_leaves_the_game_out() -> None:
+    intent, _ = wanted(Ac2fParameters(goal="evader"), (0.0, 0.0), (40.0, 0.0), (0.0, 3.0))
+    meeting_s = float(intent["goal_e"]) / 3.0
+    assert math.hypot(*goal_of(intent)) == pytest.approx(meeting_s * LIMITS.speed_max_m_s, abs=0.5)
+
+
+@given(
+    own=place,
+    bearing=st.floats(-3.1, 3.1),
+    distance_m=st.floats(0.01, 11.9),
+    evader_velocity=st.tuples(*[st.floats(-3.5, 3.5)] * 2),
+)
+def test_where_the_first_contact_counts_the_vehicle_goes_through_the_intercept_at_top_speed(
+    own: Point, bearing: float, distance_m: float, evader_velocity: Point
+) -> None:
+    parameters = Ac2fParameters.model_validate({"capture": CONTACT})
+    evader = (own[0] + distance_m * math.cos(bearing), own[1] + distance_m * math.sin(bearing))
+    intent, _ = wanted(parameters, own, evader, evader_velocity)
+    goal = goal_of(intent)
+    time_s = math.dist(own, goal) / LIMITS.speed_max_m_s
+    moved = (evader[0] + time_s * evader_velocity[0], evader[1] + time_s * evader_velocity[1])
+    assert goal == pytest.approx(moved, abs=1e-6)
+    assert math.hypot(*velocity_of(intent)) == pytest.approx(LIMITS.speed_max_m_s)
+
+
+def test_an_early_pursuer_slows_down_to_arrive_within_the_window_of_the_last() -> None:
+    where = ((20.0, 0.0), (60.0, 0.0), (-2.0, 0.0))
+    team = ((20.0, 10.0),)
+    alone, _ = wanted(Ac2fParameters(), *where, team=team)
+    eta_s = float(alone["eta_s"])
+    assert math.hypot(*velocity_of(alone)) == pytest.approx(LIMITS.speed_max_m_s)
+
+    def speed_with(late_s: float, **changes: object) -> float:
+        parameters = Ac2fParameters.model_validate({"arrival_margin_m": 8.0, **changes})
+        return math.hypot(*velocity_of(wanted(parameters, *where, team=team, etas=(eta_s + late_s,))[0]))
+
+    assert speed_with(0.9) == pytest.approx(LIMITS.speed_max_m_s), "within the window nobody slows down"
+    slowed = speed_with(3.0)
+    assert eta_s * LIMITS.speed_max_m_s / slowed == pytest.approx(eta_s + 3.0 - 1.0)
+    assert speed_with(300.0) == pytest.approx(0.6 * LIMITS.speed_max_m_s)
+    assert speed_with(3.0, arrival_margin_m=1e3) == pytest.approx(LIMITS.speed_max_m_s), "near the boundary nobody waits"
+
+
+def test_an_uncontested_pursuer_does_not_wait_for_the_others() -> None:
+    intent, _ = wanted(Ac2fParameters(arrival_margin_m=0.0), (40.0, 0.0), (8.0, 0.0), etas=(60.0,))
+    assert not intent["contested"]
+    assert math.hypot(*velocity_of(intent)) == pytest.approx(LIMITS.speed_max_m_s)
+
+
+@pytest.mark.parametrize("hold_radius_m", [0.4, 2.2])
+def test_teammates_may_come_as_near_as_neighbouring_slots_demand(hold_radius_m: float) -> None:
+    capture = {"radius_m": 3.0, "hold_radius_m": hold_radius_m}
+    parameters = Ac2fParameters.model_validate({"capture": capture})
+    for count in range(1, 7):
+        distance_m = team_distance_m(parameter_record(parameters, LIMITS), count)
+        assert distance_m == pytest.approx(reference.Pursuit(parameters, LIMITS).team_distance_m(count))

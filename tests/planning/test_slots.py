@@ -19,7 +19,7 @@ from flightapp.planning.plane import Point
 from tests.planning import pursuit_reference as reference
 
 EVADER = (30.0, 0.0)
-coordinate = st.floats(-20.0, 20.0).map(lambda value: round(value, 3))
+coordinate = st.floats(-20.0, 20.0).map(lambda value: round(value, 3) + 0.0)
 pursuers = st.lists(st.tuples(coordinate, coordinate), min_size=1, max_size=6, unique=True)
 disc = st.tuples(st.floats(26.0, 34.0), st.floats(-4.0, 4.0), st.floats(0.0, 3.0))
 

@@ -26,7 +26,7 @@ EQUAL_SPEED = 1e-6  # |lambda - 1| below this is the half-plane
 TOLERANCE_M = 1e-6
 ACTIVE_M = 1e-3
 FAR_M = 1e300
-PRUNE_ABOVE = 10
+PRUNE_ABOVE = 3
 
 Place = tuple[float, float, float]
 """Distance by which it was chosen, north, east."""
@@ -257,6 +257,8 @@ def _contested(regions: Array, union: bool, sides: Array, evader_n: float, evade
     best = _nearer_to_boundary(regions, union, sides, evader_n, evader_e, (FAR_M, evader_n, evader_e))
     for i in range(regions.shape[0]):
         region = regions[i]
+        if region[0] == HALF_PLANE:  # first: before a parallel side the whole edge is equally near
+            best = _nearer_to_boundary(regions, union, sides, region[1], region[2], best)
         for s in range(sides.shape[0]):
             length = math.hypot(sides[s, 2] - sides[s, 0], sides[s, 3] - sides[s, 1])
             if region[0] != HALF_PLANE and length > 0.0:

@@ -25,12 +25,12 @@ def slot_bearing_rad(evader_n: float, evader_e: float, pursuers: Array) -> float
     """
     count = pursuers.shape[0]
     own_n, own_e = pursuers[0]
-    own = math.atan2(own_e - evader_e, own_n - evader_n)
+    own = math.atan2(own_e - evader_e + 0.0, own_n - evader_n)  # no -0.0, which would turn pi to -pi
     total = own
     rank = 0
     for i in range(1, count):
         n, e = pursuers[i]
-        other = math.atan2(e - evader_e, n - evader_n)
+        other = math.atan2(e - evader_e + 0.0, n - evader_n)
         total += other
         if other < own or (other == own and (n < own_n or (n == own_n and e < own_e))):
             rank += 1
