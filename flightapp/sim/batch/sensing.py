@@ -167,6 +167,7 @@ def target_in_sight(world: Records, sensors: Records, discs: Array, area: Array,
         _ROWS,
         _LAYERS,
         numba.int64[::1],
+        _ROWS,
     )
 )
 def sense(
@@ -180,12 +181,19 @@ def sense(
     found: Array,
     rows: Array,
     counts: NDArray[np.int64],
+    unseen: Array,
 ) -> None:
     """rows (n, m + n, 7): the discs that each vehicle sees at `world.tick`, counts (n,) of them; `world.target_seen`.
 
+    unseen (n, 2) written: the sector outside the field of view, rad, for those that do not see all around.
     discs (m, 7) at t = 0, area (4,), poses (h, n, 5); views (m + n, 3) and found (m + n, 6) are work space.
     """
     for i in range(len(sensors)):
         counts[i] = _look(world, sensors, frames, discs, area, poses, i, views, found, rows[i])
+        half_view = sensors[i].half_view
+        if half_view < math.pi:
+            step = max(0, world[0].tick * world[0].sub_steps - sensors[i].latency_steps)
+            yaw = poses[step % len(poses), i, 4]
+            unseen[i, 0], unseen[i, 1] = wrapped(yaw + half_view), wrapped(yaw - half_view)
     if world[0].target_needs_sight == 1:
         world[0].target_seen = target_in_sight(world, sensors, discs, area, poses)

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from flightapp.core.angles import wrap_pi
 from flightapp.core.types import Decision, ObstacleSet, VehicleState
 from flightapp.planning.plane import segments
 from flightapp.sim.batch.advance import DOWN_M, advance, keep_pose
@@ -46,8 +45,7 @@ class World:
         self._counts = np.zeros(count, dtype=np.int64)
         self._views, self._found = np.zeros((rows, 3)), np.zeros((rows, 6))
         self._rows = np.zeros((count, rows, 7))
-        half_view = float(self._sensors["half_view"][0])
-        self._half_view = half_view if half_view < math.pi else None
+        self._sees_all_around = (self._sensors["half_view"] >= math.pi).tolist()
         self._latency_steps = self._sensors["latency_steps"].tolist()
         self._sub_steps, self._sub_step_s = scenario.sub_steps, scenario.sub_step_s
         self._states = np.zeros((2 * count, 3))
@@ -62,6 +60,7 @@ class World:
 
     def obstacles(self, tick: int) -> list[ObstacleSet]:
         """What every vehicle sees."""
+        unseen = np.empty((len(self._counts), 2))
         sense(
             self.record,
             self._sensors,
@@ -73,15 +72,13 @@ class World:
             self._found,
             self._rows,
             self._counts,
+            unseen,
         )
         seen = []
         for i, count in enumerate(self._counts.tolist()):
             step = max(0, tick * self._sub_steps - self._latency_steps[i])
-            unseen = NOTHING_UNSEEN
-            if self._half_view is not None and i < len(self.vehicles) - 1:
-                yaw = float(self.poses[step % len(self.poses), i, 4])
-                unseen = np.array([[wrap_pi(yaw + self._half_view), wrap_pi(yaw - self._half_view)]])
-            seen.append(ObstacleSet(step * self._sub_step_s, self._rows[i, :count].copy(), unseen))
+            sectors = NOTHING_UNSEEN if self._sees_all_around[i] else unseen[i : i + 1]
+            seen.append(ObstacleSet(step * self._sub_step_s, self._rows[i, :count].copy(), sectors))
         return seen
 
     @property

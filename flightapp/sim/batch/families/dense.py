@@ -60,13 +60,12 @@ class DenseLayout(FamilyLayout):
 
     def _field(self, starts: list[Start], random: np.random.Generator) -> list[list[float]]:
         discs: list[list[float]] = []
+        low = np.array((self.disc_north_min_m, self.disc_radius_max_m, self.disc_radius_min_m, -math.pi))
+        high = np.array((self.disc_north_max_m, self.east_m - self.disc_radius_max_m, self.disc_radius_max_m, math.pi))
         for _ in range(ATTEMPTS_MAX):
             if len(discs) == self.discs:
                 break
-            radius = float(random.uniform(self.disc_radius_min_m, self.disc_radius_max_m))
-            north = float(random.uniform(self.disc_north_min_m, self.disc_north_max_m))
-            east = float(random.uniform(radius, self.east_m - radius))
-            direction = float(random.uniform(-math.pi, math.pi))
+            north, east, radius, direction = random.uniform(low, high).tolist()
             speed = self.moving_speed_m_s if len(discs) < self.moving_discs else 0.0
             far = all(math.hypot(north - s.north_m, east - s.east_m) >= radius + self.start_clear_m for s in starts)
             if far and is_clear(north, east, discs, radius + self.disc_gap_m):
