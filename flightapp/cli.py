@@ -21,6 +21,7 @@ Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of everything ran
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 SIM_PROFILE = Path("profiles/sim.toml")
 DEMO_MISSION = Path("missions/demo_two_pursuers.toml")
+DENSE_SCENARIO = Path("missions/scenarios/a2-dense.toml")
 
 
 @app.callback()
@@ -152,19 +153,21 @@ def recover(
 def bench(
     mission: Annotated[Path, typer.Argument(help="Mission whose obstacles the camera sees.")] = DEMO_MISSION,
     profile: Profile = SIM_PROFILE,
-    seconds: Annotated[float, typer.Option("--seconds", min=0.1, help="About how long to measure.")] = 20.0,
+    scenario: Annotated[Path, typer.Option("--scenario", help="Scenario that the fast simulator flies.")] = DENSE_SCENARIO,
+    seconds: Annotated[float, typer.Option("--seconds", min=0.1, help="About how long to measure times and rates.")] = 20.0,
+    steps: Annotated[int, typer.Option("--steps", min=200, help="Decisions over which memory is watched.")] = 20_000,
     as_json: Json = False,
 ) -> None:
-    """Measure planner, perception, supervisor, recorder and fleet messages on this machine.
+    """Measure planner, perception, supervisor, recorder, fleet messages, fast simulator and memory on this machine.
 
     Wall and CPU time, both, so that a busy machine can be told from slow code.
 
-    Example: flightapp bench --seconds 10
+    Example: flightapp bench --seconds 10 --steps 1000000
     """
     from flightapp.bench import run_bench
     from flightapp.bench.table import print_bench
 
-    result = run_bench(mission, profile, seconds)
+    result = run_bench(mission, profile, scenario, seconds, steps)
     if as_json:
         print(json.dumps(result, indent=2))
     else:

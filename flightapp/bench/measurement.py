@@ -49,7 +49,11 @@ class Percentiles:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """Times of one piece of work. `faster_by`: median CPU time of its plain reference over its own, where there is one."""
+    """Times of one piece of work.
+
+    faster_by: median CPU time of its plain reference over its own, where there is one. orca_ratio: the same, of a decision of
+    ORCA.
+    """
 
     name: str
     repetitions: int
@@ -57,6 +61,7 @@ class Measurement:
     cpu_ms: Percentiles
     aim_ms: float | None
     faster_by: float | None = None
+    orca_ratio: float | None = None
 
     @property
     def verdict(self) -> str:

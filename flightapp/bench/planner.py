@@ -8,16 +8,16 @@ import numpy as np
 
 from flightapp.bench.measurement import Measurement, Work, measure
 from flightapp.bench.rollout_reference import roll_out_reference
-from flightapp.bench.situation import circling, discs_around, observation, straight
+from flightapp.bench.situation import COARSE_DISTANCE_M, FINE_DISTANCE_M, circling, discs_around, observation, straight
 from flightapp.core.types import Array, Limits, Observation
 from flightapp.planning import make_planner
 from flightapp.planning.ac2f.rollout import roll_out
 from flightapp.planning.api import Planner
 
-COARSE_AIM_MS = 0.2
-FINE_AIM_MS = 1.0
-COARSE_DISTANCE_M = 30.0
-FINE_DISTANCE_M = 9.0
+COARSE, FINE = "planner, coarse step", "planner, fine step"
+DECISIONS = (COARSE, FINE)
+COARSE_AIM_MS = 0.05
+FINE_AIM_MS = 0.25
 WARM_UP = 90
 """Periods until the own history is long enough for the fine stage to begin."""
 ALWAYS_FINE = {"oscillation_variance_m2": 100.0, "fine_time_max_s": 1e6}
@@ -34,7 +34,7 @@ def planner_measurements(limits: Limits, seconds: float) -> list[Measurement]:
     return [
         measure(
             Work(
-                "planner, coarse step",
+                COARSE,
                 lambda k: observation(straight(k), k, COARSE_DISTANCE_M),
                 lambda seen: _step(coarse, seen, "coarse"),
                 COARSE_AIM_MS,
@@ -44,7 +44,7 @@ def planner_measurements(limits: Limits, seconds: float) -> list[Measurement]:
         ),
         measure(
             Work(
-                "planner, fine step",
+                FINE,
                 lambda k: observation(circling(k), k, FINE_DISTANCE_M),
                 lambda seen: _step(fine, seen, "" if seen.t_s < WARM_UP / 30.0 - 0.5 else "fine"),
                 FINE_AIM_MS,

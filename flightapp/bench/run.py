@@ -2,26 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from collections.abc import Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 from flightapp.bench.camera import camera_measurements
 from flightapp.bench.machine import machine
 from flightapp.bench.measurement import Measurement
+from flightapp.bench.memory import memory_use
+from flightapp.bench.orca import ORCA_DECISION, orca_measurements
 from flightapp.bench.output import fleet_measurement, recorder_measurement
-from flightapp.bench.planner import planner_measurements
+from flightapp.bench.planner import DECISIONS, planner_measurements
 from flightapp.bench.safety import supervisor_measurement
+from flightapp.bench.simulator import simulator_throughput
 from flightapp.config.mission import load_mission
 from flightapp.config.profile import load_profile
 from flightapp.core.errors import InputError
+from flightapp.core.types import Limits
 from flightapp.runtime.composition import limits_of
 
+NO_PYRVO = "pyrvo is not installed; it is in the extra 'dev'"
 
-def run_bench(mission: Path, profile: Path, seconds: float = 20.0) -> dict[str, object]:
-    """Measure for about `seconds` with the obstacles of `mission` and the limits and camera of `profile`.
 
-    Returns the machine and, for each measurement, name, repetitions, wall_ms and cpu_ms (p50, p99, max), aim_ms (of the 99th
-    percentile) with its verdict, and how many times faster it is than its plain reference.
+def run_bench(mission: Path, profile: Path, scenario: Path, seconds: float = 20.0, steps: int = 20_000) -> dict[str, object]:
+    """Measure for about `seconds`, and then memory over `steps` decisions.
+
+    With the obstacles of `mission`, the limits and camera of `profile`, and the fast simulation of `scenario`. Returns the
+    machine; for each measurement name, repetitions, wall_ms and cpu_ms (p50, p99, max), aim_ms (of the 99th percentile) with
+    its verdict, how many times faster it is than its plain reference and than ORCA; what could not be measured and why;
+    the simulator's rate; memory.
     """
     loaded, hardware = load_mission(mission), load_profile(profile)
     vehicle = next((one for one in loaded.vehicles if one.role == "pursuer"), None)
@@ -29,15 +39,37 @@ def run_bench(mission: Path, profile: Path, seconds: float = 20.0) -> dict[str, 
         raise InputError(f"{mission}: vehicles: no pursuer, so there is no planner to measure")
     before = machine()
     limits = limits_of(vehicle, hardware)
+    decisions, missing = _decisions(limits, 0.4 * seconds)
     measurements = [
-        *planner_measurements(limits, 0.45 * seconds),
-        *camera_measurements(loaded, hardware, vehicle, 0.3 * seconds),
+        *decisions,
+        *camera_measurements(loaded, hardware, vehicle, 0.25 * seconds),
         supervisor_measurement(loaded, hardware, vehicle, limits, 0.1 * seconds),
         recorder_measurement(limits, 0.1 * seconds),
         fleet_measurement(0.05 * seconds),
     ]
-    return {"machine": before, "measurements": [_plain(one) for one in measurements]}
+    return {
+        "machine": before,
+        "measurements": [_plain(one) for one in measurements],
+        "not_measured": missing,
+        "simulator": _plain(simulator_throughput(scenario, 0.1 * seconds)),
+        "memory": _plain(memory_use(limits, steps)),
+    }
 
 
-def _plain(measurement: Measurement) -> dict[str, object]:
-    return {**asdict(measurement), "verdict": measurement.verdict}
+def _decisions(limits: Limits, seconds: float) -> tuple[list[Measurement], list[dict[str, str]]]:
+    """The planner's rows beside ORCA's, and what is missing of them."""
+    planner = planner_measurements(limits, 0.8 * seconds)
+    orca = orca_measurements(limits, 0.2 * seconds)
+    if orca is None:
+        return planner, [{"name": ORCA_DECISION, "why": NO_PYRVO}]
+    return [*_beside_orca(planner, orca), *orca], []
+
+
+def _beside_orca(planner: Sequence[Measurement], orca: Sequence[Measurement]) -> list[Measurement]:
+    """The planner's rows with the ratio of ORCA's time for a decision to their own."""
+    decision = next(one for one in orca if one.name == ORCA_DECISION)
+    return [replace(one, orca_ratio=decision.cpu_ms.p50 / one.cpu_ms.p50) if one.name in DECISIONS else one for one in planner]
+
+
+def _plain(found: Any) -> dict[str, object]:
+    return {**asdict(found), "verdict": found.verdict}

@@ -11,6 +11,9 @@ from flightapp.core.types import Array, Boundary, Observation, ObstacleSet, Targ
 DISCS = 40
 PERIOD_S = 1.0 / 30.0
 HEIGHT_M = 5.0
+COARSE_DISTANCE_M = 30.0
+FINE_DISTANCE_M = 9.0
+"""The evader's, where the planner is to be in its coarse stage, and in its fine stage with the full horizon."""
 BOUNDARY = Boundary(np.array([[-30.0, -50.0], [-30.0, 50.0]]), False)
 
 

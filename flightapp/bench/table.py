@@ -7,23 +7,51 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+NOTE = """\
+Times faster: by median CPU time; than NumPy: the same work in plain NumPy as one would first write it; than ORCA: than pyrvo's
+decision from the same observation. ORCA weighs velocities only: no game, no memory, no braking arcs."""
+
 
 def print_bench(result: dict[str, Any]) -> None:
     """Print `result` of `run_bench` as a table, times in milliseconds."""
     about = result["machine"]
     loads = ", ".join(f"{load:.2f}" for load in about["load_average"])
+    console = Console(soft_wrap=False, width=None if Console().is_terminal else 170)
+    console.print(f"{about['cpu']}, {about['cores']} cores, load average {loads}, Python {about['python']}", highlight=False)
+    console.print(_times(result))
+    console.print(NOTE, highlight=False)
+    console.print(_simulator(result["simulator"]), highlight=False)
+    console.print(_memory(result["memory"]), highlight=False)
+
+
+def _times(result: dict[str, Any]) -> Table:
     table = Table(title="Times in ms; the aim is for the 99th percentile")
     table.add_column("what", no_wrap=True)
-    for heading in ("runs", "wall p50", "p99", "max", "CPU p50", "p99", "max", "aim", "verdict", "times faster"):
+    for heading in ("runs", "wall p50", "p99", "max", "CPU p50", "p99", "max", "aim", "verdict", "x NumPy", "x ORCA"):
         table.add_column(heading, justify="right")
     for one in result["measurements"]:
         times = [f"{one[kind][name]:.3f}" for kind in ("wall_ms", "cpu_ms") for name in ("p50", "p99", "max")]
         aim = "" if one["aim_ms"] is None else f"{one['aim_ms']:g}"
-        faster = "" if one["faster_by"] is None else f"{one['faster_by']:.1f}"
-        table.add_row(one["name"], str(one["repetitions"]), *times, aim, one["verdict"], faster)
-    console = Console(soft_wrap=False, width=None if Console().is_terminal else 150)
-    console.print(f"{about['cpu']}, {about['cores']} cores, load average {loads}, Python {about['python']}", highlight=False)
-    console.print(table)
-    console.print(
-        "Times faster: by median CPU time, than the same work in plain NumPy as one would first write it.", highlight=False
+        ratios = ["" if one[name] is None else f"{one[name]:.3g}" for name in ("faster_by", "orca_ratio")]
+        table.add_row(one["name"], str(one["repetitions"]), *times, aim, one["verdict"], *ratios)
+    for one in result["not_measured"]:
+        table.add_row(one["name"], "none", *[""] * 7, "not measured")
+        table.caption = f"{one['name']}: {one['why']}"
+    return table
+
+
+def _simulator(found: dict[str, Any]) -> str:
+    rate, cpu_rate = found["simulated_s_per_s"], found["simulated_s_per_cpu_s"]
+    return (
+        f"Fast simulator, {found['scenario']}, {found['pursuers']} x {found['planner']}, one core: {rate:.0f} simulated s per s "
+        f"({cpu_rate:.0f} per CPU s) over {found['episodes']} episodes, aim {found['aim']:g}: {found['verdict']}"
+    )
+
+
+def _memory(found: dict[str, Any]) -> str:
+    modes = ", ".join(f"{mode} {count}" for mode, count in sorted(found["modes"].items()))
+    before, warm, after = (f"{found[name]:.2f} MiB" for name in ("before_mib", "warm_mib", "after_mib"))
+    return (
+        f"Memory over {found['steps']} decisions ({modes}): {before} before, {warm} after the first tenth, {after} at the end, "
+        f"{found['slope_bytes_per_step']:.3f} bytes a decision: {found['verdict']}"
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,25 +12,42 @@ import pytest
 
 from flightapp.bench import run_bench
 from flightapp.bench.measurement import REPETITIONS_MIN, Measurement, Percentiles, Work, measure
+from flightapp.bench.memory import MemoryUse
+from flightapp.bench.orca import orca_measurements
+from flightapp.bench.simulator import Throughput
 from flightapp.bench.table import print_bench
+from flightapp.core.types import Limits
 
 ROOT = Path(__file__).parents[2]
+SCENARIO = ROOT / "missions/scenarios/a2-dense.toml"
+STEPS = 1500
+ORCA = ("pyrvo, ORCA step alone, 40 neighbours", "pyrvo, ORCA from an observation, 40 discs")
 NAMES = [
     "planner, coarse step",
     "planner, fine step",
     "planner, roll-out kernel",
+    *ORCA,
     "perception, frame to discs",
     "simulation, depth render",
     "supervisor, check with 40 discs",
     "recorder, five messages of a tick",
     "fleet state, encode and decode",
 ]
-AIMS_MS = {"planner, coarse step": 0.2, "planner, fine step": 1.0, "perception, frame to discs": 3.0}
+COMPARED = {"planner, roll-out kernel", "perception, frame to discs"}
+AIMS_MS = {"planner, coarse step": 0.05, "planner, fine step": 0.25, "perception, frame to discs": 3.0}
 
 
 @pytest.fixture(scope="module")
 def result() -> dict[str, Any]:
-    return run_bench(ROOT / "missions/demo_two_pursuers.toml", ROOT / "profiles/sim.toml", 0.5)
+    return run_bench(ROOT / "missions/demo_two_pursuers.toml", ROOT / "profiles/sim.toml", SCENARIO, 0.5, STEPS)
+
+
+@pytest.fixture(scope="module")
+def without_pyrvo(result: dict[str, Any]) -> dict[str, Any]:
+    """The same result as it comes out where pyrvo is not installed."""
+    rows = [one for one in result["measurements"] if one["name"] not in ORCA]
+    rows = [{**one, "orca_ratio": None} for one in rows]
+    return {**result, "measurements": rows, "not_measured": [{"name": ORCA[1], "why": "pyrvo is not installed"}]}
 
 
 def test_everything_is_measured_in_wall_and_cpu_time(result: dict[str, Any]) -> None:
@@ -42,9 +60,50 @@ def test_everything_is_measured_in_wall_and_cpu_time(result: dict[str, Any]) -> 
             assert p50 <= p99 <= largest
         assert one["aim_ms"] == AIMS_MS.get(one["name"])
         assert bool(one["verdict"]) == (one["name"] in AIMS_MS)
-    ratios = [one["faster_by"] for one in result["measurements"] if one["faster_by"] is not None]
-    assert len(ratios) == 2
+    assert {one["name"] for one in result["measurements"] if one["faster_by"] is not None} == COMPARED
+    assert {one["name"] for one in result["measurements"] if one["orca_ratio"] is not None} == {NAMES[0], NAMES[1]}
+    ratios = [one[kind] for one in result["measurements"] for kind in ("faster_by", "orca_ratio") if one[kind] is not None]
     assert all(math.isfinite(ratio) and ratio > 0.0 for ratio in ratios)
+
+
+def test_orcas_decision_takes_longer_than_its_step_alone(result: dict[str, Any]) -> None:
+    step, decision = (one["cpu_ms"]["p50"] for one in result["measurements"] if one["name"] in ORCA)
+    assert step < decision
+
+
+def test_without_pyrvo_its_row_says_so(
+    without_pyrvo: dict[str, Any], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyrvo", None)
+    assert orca_measurements(Limits(5.0, 5.0, 40.0, 3.0, 12.0, 2.0, 0.35, 0.45), 0.1) is None
+    print_bench(without_pyrvo)
+    text = capsys.readouterr().out
+    assert "not measured" in text
+    assert "pyrvo is not installed" in text
+
+
+def test_the_simulator_and_memory_are_measured(result: dict[str, Any]) -> None:
+    simulator, memory = result["simulator"], result["memory"]
+    assert (simulator["scenario"], simulator["planner"], simulator["pursuers"]) == ("a2-dense", "ac2f", 2)
+    assert simulator["simulated_s"] > 0.0
+    assert simulator["simulated_s_per_s"] > 0.0
+    assert simulator["aim"] == 500.0
+    assert memory["steps"] == STEPS == sum(memory["modes"].values())
+    assert set(memory["modes"]) >= {"coarse", "fine"}
+    assert memory["before_mib"] > 10.0
+    assert math.isfinite(memory["slope_bytes_per_step"])
+
+
+@pytest.mark.parametrize(("after_mib", "verdict"), [(100.9, "flat"), (101.1, "grows"), (90.0, "flat")])
+def test_memory_that_grows_is_called_so(after_mib: float, verdict: str) -> None:
+    assert MemoryUse(1000, 90.0, 100.0, after_mib, 0.0, {}).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("wall", "cpu", "verdict"), [(501.0, 510.0, "met"), (300.0, 510.0, "met in CPU time"), (300.0, 400.0, "missed")]
+)
+def test_the_simulators_verdict(wall: float, cpu: float, verdict: str) -> None:
+    assert Throughput("x", "ac2f", 2, 1, 10.0, wall, cpu, 500.0).verdict == verdict
 
 
 def test_the_machine_is_named_and_all_of_it_is_json(result: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
