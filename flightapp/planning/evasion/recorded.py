@@ -34,19 +34,18 @@ class Recorded:
         """Start the track again, from wherever the vehicle is then."""
         del seed
         self._run = BoundaryRun()
-        self._origin: Point | None = None
+        self._before_s: float | None = None
+        self._origin: Point = (0.0, 0.0)
         self._cos, self._sin = 1.0, 0.0
         self._time_s = 0.0
-        self._before_s = 0.0
 
     def step(self, observation: Observation) -> Decision:
         own = planar(observation.own.position_ned_m)
         nearest = self._run.goal(observation)
-        if self._origin is None:
-            self._origin = own
+        if self._before_s is None:
             self._lay_out(own, nearest)
-            self._before_s = observation.t_s
-        self._advance(own, max(0.0, observation.t_s - self._before_s))
+        else:
+            self._advance(own, max(0.0, observation.t_s - self._before_s))
         self._before_s = observation.t_s
         place, velocity = self._now()
         scale = self._speed_scale(velocity)
@@ -55,7 +54,8 @@ class Recorded:
         return decision(observation, wish, place, "crossed" if self._run.crossed else "recorded", self._speed_max_m_s)
 
     def _lay_out(self, own: Point, goal: Point) -> None:
-        """Turn the track so that it leads from `own` to `goal`."""
+        """Put the track at `own`, turned so that it leads to `goal`."""
+        self._origin = own
         towards_rad = math.atan2(goal[1] - own[1], goal[0] - own[0])
         turn_rad = towards_rad - self._track.bearing_rad() + math.radians(self._parameters.rotation_deg)
         self._cos, self._sin = math.cos(turn_rad), math.sin(turn_rad)
@@ -65,7 +65,7 @@ class Recorded:
         if math.dist(own, place) <= self._parameters.lead_max_m:
             self._time_s += dt_s * self._speed_scale(velocity)
         if self._parameters.loop and self._time_s >= self._track.duration_s:
-            self._origin = self._in_mission(self._track.at(self._track.duration_s)[0], self._origin or own)
+            self._origin = self._in_mission(self._track.at(self._track.duration_s)[0], self._origin)
             self._time_s -= self._track.duration_s
 
     def _speed_scale(self, velocity: Point) -> float:
@@ -77,7 +77,7 @@ class Recorded:
     def _now(self) -> tuple[Point, Point]:
         """Place (m) in the mission frame and recorded velocity (m/s) of the moving point."""
         place, velocity = self._track.at(self._time_s)
-        return self._in_mission(place, self._origin or (0.0, 0.0)), self._in_mission(velocity, (0.0, 0.0))
+        return self._in_mission(place, self._origin), self._in_mission(velocity, (0.0, 0.0))
 
     def _in_mission(self, vector: Point, origin: Point) -> Point:
         north, east = vector
