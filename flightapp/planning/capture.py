@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from typing import Literal
 
+import numpy as np
 from pydantic import Field
 
-from flightapp.core.angles import TWO_PI
+from flightapp.core.types import Array
+from flightapp.planning.compiled import compiled
 from flightapp.planning.parameters import StrategyParameters
-from flightapp.planning.plane import Point, nearest_on_segment
+from flightapp.planning.plane import Point
 
 
 class CaptureRule(StrategyParameters):
@@ -41,30 +42,61 @@ class CaptureRule(StrategyParameters):
         return min(self.hold_radius_m, 0.8 * self.radius_m)
 
 
-def closest_approach_between_m(own_before: Point, own: Point, evader_before: Point, evader: Point) -> float:
-    """Smallest distance of two vehicles that moved along straight segments in the same time."""
-    start = (own_before[0] - evader_before[0], own_before[1] - evader_before[1])
-    end = (own[0] - evader[0], own[1] - evader[1])
-    return math.hypot(*nearest_on_segment((0.0, 0.0), (start, end)))
+@compiled("f8(f8,f8,f8,f8)")
+def closest_approach_m(before_n: float, before_e: float, now_n: float, now_e: float) -> float:
+    """Smallest distance of two vehicles that moved along straight segments in the same time, from their offset before and now."""
+    dn = now_n - before_n
+    de = now_e - before_e
+    length2 = dn * dn + de * de
+    fraction = 0.0
+    if length2 > 0.0:
+        fraction = min(1.0, max(0.0, -(before_n * dn + before_e * de) / length2))
+    return math.hypot(before_n + fraction * dn, before_e + fraction * de)
+
+
+@compiled("f8(f8[::1])")
+def widest_gap_rad(bearings_rad: Array) -> float:
+    """The widest angle between neighbours among `bearings_rad` (k > 0,), which are sorted on return; 2 pi for one."""
+    bearings_rad.sort()
+    last = bearings_rad.shape[0] - 1
+    widest: float = 2.0 * math.pi - (bearings_rad[last] - bearings_rad[0])
+    for i in range(last):
+        widest = max(widest, bearings_rad[i + 1] - bearings_rad[i])
+    return widest
+
+
+@compiled("b1(f8[::1],f8)")
+def encloses(bearings_rad: Array, angular_gap_min_deg: float) -> bool:
+    """Whether pursuers seen from the evader at `bearings_rad` (k > 0,), which are sorted on return, surround it."""
+    count = bearings_rad.shape[0]
+    gap = widest_gap_rad(bearings_rad)
+    if count == 1:
+        return True
+    if count == 2:
+        return bool(2.0 * math.pi - gap >= math.radians(angular_gap_min_deg))
+    return bool(gap < math.pi)
 
 
 def encircled(evader: Point, pursuers: Sequence[Point], rule: CaptureRule) -> bool:
     """Whether `pursuers`, all of them, surround `evader` within the rule's zone."""
     if not pursuers or any(math.dist(pursuer, evader) > rule.zone_m for pursuer in pursuers):
         return False
-    gap = widest_gap_rad([math.atan2(e - evader[1], n - evader[0]) for n, e in pursuers])
-    if len(pursuers) == 1:
-        return True
-    if len(pursuers) == 2:
-        return TWO_PI - gap >= math.radians(rule.angular_gap_min_deg)
-    return gap < math.pi
+    bearings = np.array([math.atan2(e - evader[1], n - evader[0]) for n, e in pursuers])
+    return encloses(bearings, rule.angular_gap_min_deg)
 
 
-def widest_gap_rad(bearings_rad: Sequence[float]) -> float:
-    """The widest angle between neighbouring bearings; 2 pi for one."""
-    ordered = sorted(bearings_rad)
-    gaps = [after - before for before, after in itertools.pairwise(ordered)]
-    return max([*gaps, TWO_PI - (ordered[-1] - ordered[0])])
+@compiled("f8(f8,f8,b1)")
+def dwell_since_s(since_s: float, t_s: float, holds: bool) -> float:
+    """Since when a condition holds without a break; NaN where it does not."""
+    if not holds:
+        return math.nan
+    return t_s if math.isnan(since_s) else since_s
+
+
+@compiled("b1(f8,f8,f8)")
+def has_dwelt(since_s: float, t_s: float, duration_s: float) -> bool:
+    """Whether what holds since `since_s` (NaN: it does not) has held for `duration_s`."""
+    return bool(t_s - since_s >= duration_s - 1e-9)
 
 
 class Dwell:
@@ -72,13 +104,10 @@ class Dwell:
 
     def __init__(self, duration_s: float) -> None:
         self._duration_s = duration_s
-        self._since_s: float | None = None
+        self._since_s = math.nan
         self.done = False
 
     def update(self, t_s: float, holds: bool) -> bool:
-        if not holds:
-            self._since_s = None
-        elif self._since_s is None:
-            self._since_s = t_s
-        self.done = self.done or (self._since_s is not None and t_s - self._since_s >= self._duration_s - 1e-9)
+        self._since_s = dwell_since_s(self._since_s, t_s, holds)
+        self.done = self.done or has_dwelt(self._since_s, t_s, self._duration_s)
         return self.done

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits
 from flightapp.planning.ac2f import Ac2fParameters, Ac2fPlanner
+from flightapp.planning.ac2f.variants import VARIANTS, left_open, with_variant
 from flightapp.planning.api import Planner
 from flightapp.planning.evasion.adversarial import Adversarial
 from flightapp.planning.evasion.boundary_seeking import BoundarySeeking
@@ -30,8 +31,11 @@ Given = Mapping[str, object] | None
 Builder = Callable[[Limits, Given, int], Planner]
 
 
-def _ac2f(limits: Limits, given: Given, _seed: int) -> Planner:
-    return Ac2fPlanner(limits=limits, parameters=parsed(Ac2fParameters, "ac2f", given))
+def _ac2f(name: str) -> Builder:
+    def build(limits: Limits, given: Given, _seed: int) -> Planner:
+        return Ac2fPlanner(limits=limits, parameters=parsed(Ac2fParameters, name, with_variant(name, given)))
+
+    return build
 
 
 def _adversarial(limits: Limits, given: Given, _seed: int) -> Planner:
@@ -63,9 +67,7 @@ def _waypoints(limits: Limits, given: Given, _seed: int) -> Planner:
     return Waypoints(limits=limits, parameters=parsed(WaypointsParameters, "waypoints", given))
 
 
-PLANNERS: Mapping[str, Builder] = {
-    "ac2f": _ac2f,
-}
+PLANNERS: Mapping[str, Builder] = {name: _ac2f(name) for name in VARIANTS}
 
 EVADERS: Mapping[str, Builder] = {
     "adversarial": _adversarial,
@@ -90,6 +92,11 @@ def make_evader(name: str, *, limits: Limits, parameters: Given = None, seed: in
     if name not in EVADERS:
         raise InputError(f"strategy.name = '{name}': no such evader policy; known: {', '.join(evader_names())}")
     return EVADERS[name](limits, parameters, seed)
+
+
+def file_parameters(name: str, values: Mapping[str, object]) -> dict[str, object]:
+    """The values of a parameter file for the pursuit strategy `name`, without those that the strategy itself fixes."""
+    return left_open(name, values) if name in VARIANTS else dict(values)
 
 
 def planner_names() -> tuple[str, ...]:

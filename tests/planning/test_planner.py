@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,8 +14,8 @@ from hypothesis import strategies as st
 from flightapp.core.errors import InputError
 from flightapp.core.types import Array, Boundary, Observation, ObstacleSet, TargetTrack, TeamMember, VehicleState
 from flightapp.planning import make_evader, make_planner, planner_names
-from flightapp.planning.ac2f import Ac2fParameters
-from flightapp.planning.ac2f.history import History
+from flightapp.planning.ac2f import Ac2fParameters, Ac2fPlanner
+from flightapp.planning.ac2f.variants import VARIANTS
 from tests.planning.closed_loop import disc, limits
 
 LINE = Boundary(np.array([[0.0, -50.0], [0.0, 50.0]]), False)
@@ -43,7 +44,7 @@ def observation(
 
 
 def test_names() -> None:
-    assert planner_names() == ("ac2f",)
+    assert planner_names() == tuple(sorted(VARIANTS))
 
 
 @pytest.mark.parametrize(
@@ -167,15 +168,6 @@ def test_a_sighting_of_the_evader_is_not_an_obstacle() -> None:
     assert tree.diagnostics["clearance_m"] < 5.0
 
 
-def test_history_keeps_its_own_rate() -> None:
-    history = History(30, 0.1)
-    for tick in range(300):
-        history.add(tick / 100, (float(tick), 0.0))
-    assert len(history.points) == 30
-    assert np.diff(history.points[:, 0]) == pytest.approx(np.full(29, 10.0))
-    assert History(30, 0.1).variance_m2(20) is None
-
-
 @pytest.mark.parametrize("name", ["boundary-seeking", "straight"])
 def test_evaders_reach_the_boundary_and_stop(name: str) -> None:
     evader = make_evader(name, limits=limits(2.5), seed=4)
@@ -205,3 +197,56 @@ def test_waypoints_are_flown_in_order() -> None:
     evader = make_evader("waypoints", limits=limits(2.5), parameters={"waypoints": [5.0, 0.0, 5.0, 9.0]})
     assert evader.step(observation(0.0)).velocity_ned_m_s == pytest.approx((2.5, 0.0, 0.0))
     assert evader.step(observation(0.1, own=(4.5, 0.0))).velocity_ned_m_s[1] > 2.0
+
+
+def test_the_full_evaluation_is_that_of_the_last_step() -> None:
+    planner = Ac2fPlanner(limits=limits(), parameters=Ac2fParameters(stages="fine"))
+    planner.step(observation(0.0, target=None))
+    assert planner.evaluation() is None
+    decision = planner.step(observation(0.1, discs=[disc(4.0, 0.5, 0.5)]))
+    found = planner.evaluation()
+    assert found is not None
+    json.dumps(found, allow_nan=False)
+    rows = found["candidates"]
+    assert isinstance(rows, list)
+    assert len(rows) == 441
+    best = rows[found["best"]]
+    assert best["verdict"] == "admissible"
+    assert math.hypot(*decision.velocity_ned_m_s) == pytest.approx(best["speed_m_s"])
+    diagnosed = decision.diagnostics["best"]
+    assert isinstance(diagnosed, dict)
+    assert diagnosed["weights"] == found["weights"]
+    assert all(diagnosed[term] == best[term] for term in ("heading", "clearance", "velocity"))
+    assert found["best"] == max(
+        (row for row in range(441) if rows[row]["verdict"] == "admissible"), key=lambda row: total(rows, row, found["weights"])
+    )
+
+
+def total(rows: list[dict[str, float]], row: int, weights: dict[str, float]) -> float:
+    """The weighted sum of the terms of `row`, each normalised over the admissible rows."""
+    result = 0.0
+    for term in ("heading", "clearance", "velocity"):
+        values = [other[term] for other in rows if other["verdict"] == "admissible"]
+        spread = max(values) - min(values)
+        result += weights[term] * (rows[row][term] - min(values)) / spread if spread > 1e-12 else 0.0
+    return result
+
+
+def test_arrays_of_another_layout_give_the_same_decision() -> None:
+    seen = observation(0.0, own=(1.0, 2.0), velocity=(2.0, 0.5), discs=[disc(4.0, 2.5, 0.5), disc(5.0, 0.0, 0.7)])
+    single = np.asfortranarray(seen.obstacles.discs)
+    frozen = seen.own.position_ned_m.copy()
+    frozen.setflags(write=False)
+    other = replace(seen, obstacles=replace(seen.obstacles, discs=single), own=replace(seen.own, position_ned_m=frozen))
+    decisions = [make_planner("ac2f", limits=limits()).step(each) for each in (seen, other)]
+    assert np.array_equal(decisions[0].velocity_ned_m_s, decisions[1].velocity_ned_m_s)
+
+
+def test_a_team_may_grow_and_shrink() -> None:
+    planner = make_planner("ac2f", limits=limits())
+    for step, count in enumerate((1, 0, 4, 2, 4)):
+        team = tuple(TeamMember(f"p{k}", state(0.1 * step, 3.0 * k, 6.0), "coarse", 4.0, 0.05) for k in range(count))
+        decision = planner.step(observation(0.1 * step, team=team))
+        circles = decision.diagnostics["circles"]
+        assert isinstance(circles, list)
+        assert len(circles) == count + 1

@@ -15,7 +15,7 @@ from flightapp.core.types import Array, Limits
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.pursuit import intend, team_distance_m
 from flightapp.planning.ac2f.records import INTENT, MEMORY, VIEW, parameter_record
-from flightapp.planning.ac2f.stage import Stage
+from flightapp.planning.ac2f.stage import COARSE, FINE, TRACKING
 from flightapp.planning.plane import Point, Segment
 from tests.planning import pursuit_reference as reference
 
@@ -48,12 +48,12 @@ def wanted(
     sides: tuple[Segment, ...] = LINE,
     closed: bool = False,
     lost: bool = False,
-    stage: Stage = Stage.COARSE,
+    stage: int = COARSE,
     limits: Limits = LIMITS,
 ) -> tuple[Any, Array]:
     """The intent and the goals of the game; the arrays are longer than needed, as in flight."""
     view, memory, intent = np.zeros(1, VIEW), np.zeros(1, MEMORY), np.zeros(1, INTENT)
-    memory["stage"], memory["boundary_lost"] = list(Stage).index(stage), lost
+    memory["stage"], memory["boundary_lost"] = stage, lost
     view["own_n"], view["own_e"] = own
     view["target_n"], view["target_e"] = evader
     view["target_vn"], view["target_ve"] = evader_velocity
@@ -166,15 +166,15 @@ def test_the_literal_game_is_a_choice() -> None:
     assert union["boundary_m"] < intersection["boundary_m"] - 1.0
 
 
-@pytest.mark.parametrize("stage", [Stage.COARSE, Stage.FINE, Stage.TRACKING])
+@pytest.mark.parametrize("stage", [COARSE, FINE, TRACKING])
 @pytest.mark.parametrize("goal", ["game", "evader"])
 @given(own=place, evader=place, evader_velocity=velocity, team=st.lists(place, max_size=2))
 def test_without_lead_the_goal_is_the_game_point_or_where_the_evader_is(
-    stage: Stage, goal: str, own: Point, evader: Point, evader_velocity: Point, team: list[Point]
+    stage: int, goal: str, own: Point, evader: Point, evader_velocity: Point, team: list[Point]
 ) -> None:
     parameters = Ac2fParameters.model_validate({"lead": False, "goal": goal, "capture": CONTACT})
     intent, _ = wanted(parameters, own, evader, evader_velocity, team=tuple(team), stage=stage)
-    far = stage is Stage.COARSE and math.dist(own, evader) >= parameters.fine_trigger_m and goal == "game"
+    far = stage == COARSE and math.dist(own, evader) >= parameters.fine_trigger_m and goal == "game"
     expected = (float(intent["point_n"]), float(intent["point_e"])) if far else evader
     assert goal_of(intent) == expected
     north, east = velocity_of(intent)

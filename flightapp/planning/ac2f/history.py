@@ -1,54 +1,40 @@
-"""Own recent positions at a fixed rate, whatever the rate of decisions: for the memory penalty and the trap trigger."""
+"""Own recent positions at a fixed rate, whatever the rate of decisions: for the memory penalty and the trap trigger.
+
+The first `memory.history_count` rows of `history` (samples, 2) m are filled, oldest first.
+"""
 
 from __future__ import annotations
 
-import numpy as np
+from numba import void
 
 from flightapp.core.types import Array
+from flightapp.planning.ac2f.records import MEMORY_TYPE, NUMBER, ROWS, WHOLE, Record
 from flightapp.planning.compiled import compiled
-from flightapp.planning.plane import Point
 
 
-class History:
-    """The last `samples` positions, one every `period_s`."""
-
-    def __init__(self, samples: int, period_s: float) -> None:
-        self._points = np.zeros((samples, 2))
-        self._period_s = period_s
-        self._count = 0
-        self._next_s = -np.inf
-
-    def add(self, t_s: float, point: Point) -> None:
-        """Take `point` if a sample is due at `t_s`; a gap in time starts the history anew."""
-        if t_s - self._next_s > 5.0 * self._period_s:
-            self._count = 0
-            self._next_s = t_s
-        if t_s < self._next_s - 1e-9:
-            return
-        self._next_s += self._period_s
-        if self._count == len(self._points):
-            self._points[:-1] = self._points[1:]
-            self._count -= 1
-        self._points[self._count] = point
-        self._count += 1
-
-    def clear(self) -> None:
-        self._count = 0
-
-    @property
-    def points(self) -> Array:
-        """(k, 2) m, oldest first."""
-        return self._points[: self._count]
-
-    def variance_m2(self, samples: int) -> float | None:
-        """Trace of the covariance of the last `samples` positions; None until there are so many."""
-        if self._count < samples:
-            return None
-        return _variance_m2(self._points[self._count - samples : self._count])
+@compiled(void(MEMORY_TYPE, *(NUMBER,) * 4, ROWS))
+def sample_position(memory: Record, t_s: float, period_s: float, north: float, east: float, history: Array) -> None:
+    """Take the position if a sample is due at `t_s`; a gap in time starts the history anew."""
+    m = memory[0]
+    if t_s - m.history_next_s > 5.0 * period_s:
+        m.history_count = 0
+        m.history_next_s = t_s
+    if t_s < m.history_next_s - 1e-9:
+        return
+    m.history_next_s += period_s
+    if m.history_count == history.shape[0]:
+        for i in range(history.shape[0] - 1):
+            history[i, 0] = history[i + 1, 0]
+            history[i, 1] = history[i + 1, 1]
+        m.history_count -= 1
+    history[m.history_count, 0] = north
+    history[m.history_count, 1] = east
+    m.history_count += 1
 
 
-@compiled("f8(f8[:,::1])")
-def _variance_m2(points: Array) -> float:
+@compiled(NUMBER(ROWS))
+def variance_m2(points: Array) -> float:
+    """Trace of the covariance of `points` (k > 0, 2)."""
     north = 0.0
     east = 0.0
     for i in range(points.shape[0]):
@@ -61,3 +47,9 @@ def _variance_m2(points: Array) -> float:
         total += (points[i, 0] - north) ** 2 + (points[i, 1] - east) ** 2
     variance: float = total / points.shape[0]
     return variance
+
+
+@compiled(ROWS(ROWS, WHOLE, WHOLE))
+def latest(history: Array, count: int, samples: int) -> Array:
+    """The newest `samples` of the first `count` rows, fewer where there are fewer."""
+    return history[max(0, count - samples) : count]

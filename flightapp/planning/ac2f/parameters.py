@@ -20,8 +20,8 @@ class Ac2fParameters(StrategyParameters):
 
     # what the planner is made of: the named variants are choices here
     stages: Literal["both", "coarse", "fine"] = "both"
-    """Coarse and fine; `coarse`: never fine, the capture condition leads to tracking at once; `fine`: always fine while the target
-    is fresh, without time limit, trap trigger and tracking."""
+    """Coarse and fine; `coarse`: never fine, the capture condition leads to tracking at once; `fine`: always fine while the
+    target is fresh, without time limit, trap trigger and tracking."""
     goal: Literal["game", "evader"] = "game"
     """Far from the evader: to the game point on Apollonius circles, or to the evader's present position."""
     game: Literal["intersection", "union"] = "intersection"

@@ -13,39 +13,29 @@ Three ways to pursue:
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import get_args
 
 import numba
 import numpy as np
 
-from flightapp.core.types import Array, Limits
-from flightapp.planning.ac2f.apollonius import Game
+from flightapp.core.types import Array
 from flightapp.planning.ac2f.apollonius_kernel import solve_game
 from flightapp.planning.ac2f.approach import PLANAR_TYPE, approach_velocity
 from flightapp.planning.ac2f.arrival import arrival_time_s, intercept_time_s, speed_share
 from flightapp.planning.ac2f.braking import braking_speed_m_s
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.records import (
-    INTENT,
     INTENT_TYPE,
-    MEMORY,
     MEMORY_TYPE,
     PARAMETERS_TYPE,
-    VIEW,
     VIEW_TYPE,
     Record,
-    parameter_record,
 )
 from flightapp.planning.ac2f.slots import free_slot_bearing_rad, slack_rad, slot_bearing_rad
-from flightapp.planning.ac2f.stage import Stage
-from flightapp.planning.ac2f.surroundings import Target
+from flightapp.planning.ac2f.stage import FINE, TRACKING
 from flightapp.planning.capture import CaptureRule
 from flightapp.planning.compiled import compiled
-from flightapp.planning.plane import Point
 
-FINE, TRACKING = list(Stage).index(Stage.FINE), list(Stage).index(Stage.TRACKING)
 UNION = get_args(Ac2fParameters.model_fields["game"].annotation).index("union")
 EVADER = get_args(Ac2fParameters.model_fields["goal"].annotation).index("evader")
 FIRST = get_args(CaptureRule.model_fields["mode"].annotation).index("first")
@@ -237,83 +227,3 @@ def intend(
         wanted.velocity_n, wanted.velocity_e = approach_velocity(
             parameters, own_n, own_e, v.target_vn, v.target_ve, slot_rad, p.slot_radius_m, keep_out_m
         )
-
-
-@dataclass(frozen=True, slots=True)
-class Intent:
-    """The wanted motion: goal (m), velocity (m/s), arrival (s), and the game that it came from."""
-
-    goal: Point
-    velocity: Point
-    eta_s: float
-    game: Game
-
-
-class Pursuit:
-    """`intend` for a planner that keeps its own state in objects."""
-
-    def __init__(self, parameters: Ac2fParameters, limits: Limits) -> None:
-        self._record = parameter_record(parameters, limits)
-        self._memory = np.zeros(1, MEMORY)
-        self._view = np.zeros(1, VIEW)
-        self._intent = np.zeros(1, INTENT)
-
-    def intent(
-        self,
-        own: Point,
-        team: Sequence[Point],
-        team_eta_s: Sequence[float],
-        target: Target,
-        obstacles: Array,
-        sides: Array,
-        *,
-        closed: bool,
-        boundary_lost: bool,
-    ) -> Intent:
-        """The intent against `target`."""
-        count = len(team)
-        rows = np.zeros((count, 4))
-        rows[:, :2] = np.array(team).reshape(-1, 2)
-        view = self._view[0]
-        view["own_n"], view["own_e"] = own
-        view["team_count"] = count
-        view["target_n"], view["target_e"] = target.position
-        view["target_vn"], view["target_ve"] = target.velocity
-        view["distance_m"] = math.dist(own, target.position)
-        view["obstacle_count"] = len(obstacles)
-        self._memory["boundary_lost"] = boundary_lost
-        regions, active, goals = np.empty((count + 1, 6)), np.empty(count + 1), np.empty((count + 1, 2))
-        intend(
-            self._record,
-            self._memory,
-            self._view,
-            rows,
-            np.array(team_eta_s, dtype=np.float64),
-            np.ascontiguousarray(obstacles),
-            sides,
-            closed,
-            np.empty((count + 1, 2)),
-            regions,
-            active,
-            goals,
-            self._intent,
-        )
-        found = self._intent[0]
-        point = (float(found["point_n"]), float(found["point_e"]))
-        game = Game(point, bool(found["contested"]), float(found["boundary_m"]), active, goals, regions)
-        goal = (float(found["goal_n"]), float(found["goal_e"]))
-        return Intent(goal, (float(found["velocity_n"]), float(found["velocity_e"])), float(found["eta_s"]), game)
-
-    def velocity_to(self, own: Point, goal: Point) -> Point:
-        """Velocity (m/s) straight to a place that stands, braking before it."""
-        north, east = velocity_to(self._record, goal[0] - own[0], goal[1] - own[1], 1.0)
-        return float(north), float(east)
-
-    @property
-    def evader_distance_m(self) -> float:
-        """Smallest distance to keep from the evader: 0 where the capture needs contact."""
-        return float(self._record[0]["evader_distance_m"])
-
-    def team_distance_m(self, count: int) -> float:
-        """Smallest distance to keep from a teammate among `count` pursuers."""
-        return float(team_distance_m(self._record, count))

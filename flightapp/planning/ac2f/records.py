@@ -148,9 +148,11 @@ ACTION_FIELDS = [
 ]
 
 REPORT_FIELDS = [
+    ("velocity_n", "f8"),
+    ("velocity_e", "f8"),
+    ("yaw_rad", "f8"),
     ("stage", "i8"),
     ("reason", "i8"),  # index in stage.sentences
-    ("yaw_rad", "f8"),
     ("has_goal", "?"),
     ("goal_n", "f8"),
     ("goal_e", "f8"),
@@ -161,12 +163,12 @@ REPORT_FIELDS = [
     ("surrounded", "?"),
     ("captured", "?"),
     ("memory_weight", "f8"),
-    ("played", "?"),  # the game was solved in this step: the next five are valid
+    ("searched", "?"),  # the dynamic window was searched
+    ("pursuer_count", "i8"),  # of the game; 0: it was not solved in this step, and the rest is not valid
     ("eta_s", "f8"),
     ("contested", "?"),
     ("point_n", "f8"),
     ("point_e", "f8"),
-    ("searched", "?"),  # the dynamic window was searched
 ]
 
 PARAMETERS = np.dtype(PARAMETER_FIELDS, align=True)

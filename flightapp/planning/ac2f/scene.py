@@ -8,29 +8,50 @@ stay allowed, motions that go deeper do not, and the planner never freezes.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-
-import numpy as np
 
 from flightapp.core.types import Array
 from flightapp.planning.compiled import compiled
-from flightapp.planning.plane import Point
 
 GRACE_M = 0.02
+SCENE_COLUMNS = 6
 
 
-@dataclass(frozen=True, slots=True)
-class Mover:
-    """Another vehicle: position (m), velocity (m/s), and the distance that centres must keep (m)."""
+@compiled("void(f8[::1],f8,f8,f8,f8,f8,f8)")
+def _fill(row: Array, north: float, east: float, v_north: float, v_east: float, keep_m: float, distance_m: float) -> None:
+    """Fill `row` (6,) with a disc of radius `keep_m`, whose centre is `distance_m` away from the vehicle."""
+    row[0] = north
+    row[1] = east
+    row[2] = max(0.0, min(keep_m, distance_m - GRACE_M))
+    row[3] = v_north
+    row[4] = v_east
+    row[5] = max(0.0, keep_m - distance_m)
 
-    position: Point
-    velocity: Point
-    distance_m: float
+
+@compiled("UniTuple(f8,4)(f8[:,::1])")
+def _bounds(places: Array) -> tuple[float, float, float, float]:
+    """Smallest and largest north, smallest and largest east of `places` (k, >=2)."""
+    north_min, north_max, east_min, east_max = math.inf, -math.inf, math.inf, -math.inf
+    for k in range(places.shape[0]):
+        north_min = min(north_min, places[k, 0])
+        north_max = max(north_max, places[k, 0])
+        east_min = min(east_min, places[k, 1])
+        east_max = max(east_max, places[k, 1])
+    return north_min, north_max, east_min, east_max
+
+
+@compiled("b1(f8[:,::1],f8,f8,f8)")
+def _is_near_any(places: Array, north: float, east: float, reach_m: float) -> bool:
+    """Whether (north, east) is within `reach_m` of one of `places` (k, >=2)."""
+    for k in range(places.shape[0]):
+        dn = north - places[k, 0]
+        de = east - places[k, 1]
+        if dn * dn + de * de < reach_m * reach_m:
+            return True
+    return False
 
 
 @compiled("i8(f8[:,::1],f8,f8,f8,f8,f8,f8[:,::1],f8,f8,f8[:,::1])")
-def _inflate(
+def inflate(
     discs: Array,
     own_n: float,
     own_e: float,
@@ -42,65 +63,38 @@ def _inflate(
     body_radius_max_m: float,
     out: Array,
 ) -> int:
+    """Fill the first rows of `out` (>= n, 6) with the obstacles among `discs` within `range_m`, and return how many there are.
+
+    discs: (n, >=5) observed obstacles, `age_s` old. trail: (k, >=2) places where other vehicles' centres are or recently
+    were: no static obstacle can be within `body_m` of them, so such a disc, up to `body_radius_max_m`, is a sighting of the
+    vehicle itself.
+    """
     count = 0
+    north_min, north_max, east_min, east_max = _bounds(trail)
     for i in range(discs.shape[0]):
-        n = discs[i, 0] + discs[i, 3] * age_s
-        e = discs[i, 1] + discs[i, 4] * age_s
-        distance = math.hypot(n - own_n, e - own_e)
-        if distance - discs[i, 2] > range_m:
+        radius = discs[i, 2]
+        north = discs[i, 0] + discs[i, 3] * age_s
+        east = discs[i, 1] + discs[i, 4] * age_s
+        distance = math.hypot(north - own_n, east - own_e)
+        if distance - radius > range_m:
             continue
-        vehicle = False
-        for k in range(trail.shape[0] if discs[i, 2] <= body_radius_max_m else 0):
-            reach = discs[i, 2] + body_m
-            dn = n - trail[k, 0]
-            de = e - trail[k, 1]
-            if dn * dn + de * de < reach * reach:
-                vehicle = True
-                break
-        if vehicle:
+        reach = radius + body_m
+        between = north_min - reach <= north <= north_max + reach and east_min - reach <= east <= east_max + reach
+        if between and radius <= body_radius_max_m and _is_near_any(trail, north, east, reach):
             continue
-        out[count, 0] = n
-        out[count, 1] = e
-        inflated = discs[i, 2] + inflation_m
-        out[count, 2] = max(0.0, min(inflated, distance - 0.02))
-        out[count, 3] = discs[i, 3]
-        out[count, 4] = discs[i, 4]
-        out[count, 5] = max(0.0, inflated - distance)
+        _fill(out[count], north, east, discs[i, 3], discs[i, 4], radius + inflation_m, distance)
         count += 1
     return count
 
 
-def build_scene(
-    discs: Array,
-    age_s: float,
-    own: Point,
-    inflation_m: float,
-    range_m: float,
-    movers: Sequence[Mover],
-    trail: Array,
-    vehicle_body_m: float,
-    vehicle_radius_max_m: float,
-) -> Array:
-    """Scene (m, 6) around `own` within `range_m`.
-
-    discs: (n, >=5) observed obstacles, `age_s` old. trail: (k, 2) places where other vehicles' centres are or recently
-    were: no static obstacle can be within `vehicle_body_m` of them, so such a disc, up to `vehicle_radius_max_m`, is a sighting
-    of the vehicle itself.
-    """
-    out = np.empty((len(discs) + len(movers), 6))
-    observed = np.ascontiguousarray(discs, dtype=np.float64)
-    count = _inflate(observed, own[0], own[1], age_s, inflation_m, range_m, trail, vehicle_body_m, vehicle_radius_max_m, out)
-    for mover in movers:
-        distance = math.dist(mover.position, own)
-        if distance - mover.distance_m <= range_m:
-            out[count] = (
-                *mover.position,
-                max(0.0, min(mover.distance_m, distance - GRACE_M)),
-                *mover.velocity,
-                max(0.0, mover.distance_m - distance),
-            )
-            count += 1
-    return out[:count]
+@compiled("i8(f8[:,::1],i8,f8[::1],f8,f8,f8,f8)")
+def add_vehicle(scene: Array, count: int, vehicle: Array, own_n: float, own_e: float, keep_m: float, range_m: float) -> int:
+    """Put `vehicle` (4: north, east, velocity) behind the first `count` rows, if within `range_m`; returns the new count."""
+    distance = math.hypot(vehicle[0] - own_n, vehicle[1] - own_e)
+    if distance - keep_m > range_m:
+        return count
+    _fill(scene[count], vehicle[0], vehicle[1], vehicle[2], vehicle[3], keep_m, distance)
+    return count + 1
 
 
 @compiled("f8(f8[:,::1],f8,f8,f8)")
@@ -112,6 +106,10 @@ def scene_clearance_m(scene: Array, north: float, east: float, saturation_m: flo
     return nearest
 
 
-def depth_m(scene: Array) -> float:
+@compiled("f8(f8[:,::1])")
+def deepest_m(scene: Array) -> float:
     """How deep the vehicle is inside the inflation of the worst disc of `scene`; 0 outside all."""
-    return float(scene[:, 5].max()) if len(scene) else 0.0
+    deepest = 0.0
+    for i in range(scene.shape[0]):
+        deepest = max(deepest, scene[i, 5])
+    return deepest

@@ -1,76 +1,185 @@
-"""The other vehicles as one planner sees them: where they are now, and where they just were."""
+"""One observation, digested: where the vehicle and the others are now, and the scene around it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from numba import void
 
-from flightapp.core.types import Array, TargetTrack, TeamMember
-from flightapp.planning.plane import Point, planar
+from flightapp.core.types import Array
+from flightapp.planning.ac2f.parameters import Ac2fParameters
+from flightapp.planning.ac2f.pursuit import team_distance_m
+from flightapp.planning.ac2f.records import (
+    MEMORY_TYPE,
+    NUMBER,
+    PARAMETERS_TYPE,
+    ROWS,
+    VECTOR,
+    VIEW_TYPE,
+    WHOLE,
+    Record,
+)
+from flightapp.planning.ac2f.scene import add_vehicle, deepest_m, inflate, scene_clearance_m
+from flightapp.planning.compiled import compiled
 
-PREDICTION_MAX_S = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """The evader now: predicted position (m), velocity (m/s), and age of its last measurement (s)."""
-
-    position: Point
-    velocity: Point
-    age_s: float
-
-
-def target_now(track: TargetTrack, t_s: float) -> Target:
-    """`track` predicted to `t_s`."""
-    ahead_s = min(PREDICTION_MAX_S, max(0.0, t_s - track.t_s))
-    position, velocity = planar(track.position_ned_m), planar(track.velocity_ned_m_s)
-    return Target(_moved(position, velocity, ahead_s), velocity, track.age_s)
-
-
-def teammate_now(member: TeamMember) -> tuple[Point, Point]:
-    """Position (m) and velocity (m/s) of a teammate, predicted over the age of its state."""
-    velocity = planar(member.state.velocity_ned_m_s)
-    return _moved(planar(member.state.position_ned_m), velocity, min(PREDICTION_MAX_S, max(0.0, member.age_s))), velocity
+MEMBER_COLUMNS = 6
+"""A teammate as observed: north, east, v_north, v_east, age_s, eta_s (NaN: unknown)."""
+TRAIL_COLUMNS = 3
+"""A place of the trail: north, east, t_s."""
 
 
-class Trail:
-    """Rows north, east (m) of where the others were in the last `duration_s`, one sample every `period_s`."""
-
-    def __init__(self, duration_s: float, period_s: float) -> None:
-        self._duration_s = duration_s
-        self._period_s = period_s
-        self._next_s = -math.inf
-        self._since_s: list[float] = []
-        self._rows = np.zeros((64, 2))
-
-    def places(self, t_s: float, present: Sequence[Point]) -> Array:
-        """(k, 2) m, valid until the next call: the trail and the places `present` at `t_s`, which join it when one is due."""
-        if t_s >= self._next_s - 1e-9:
-            self._next_s = t_s + self._period_s
-            self._forget(t_s)
-            self._write(present)
-            self._since_s.extend([t_s] * len(present))
-        self._write(present)
-        return self._rows[: len(self._since_s) + len(present)]
-
-    def _forget(self, t_s: float) -> None:
-        count = len(self._since_s)
-        old = sum(t_s - since > self._duration_s for since in self._since_s)
-        if old:
-            self._rows[: count - old] = self._rows[old:count]
-            del self._since_s[:old]
-
-    def _write(self, present: Sequence[Point]) -> None:
-        """Put `present` behind the trail."""
-        end = len(self._since_s) + len(present)
-        if end > len(self._rows):
-            self._rows = np.concatenate((self._rows, np.zeros((end, 2))))
-        for row, place in enumerate(present, len(self._since_s)):
-            self._rows[row] = place
+def trail_samples(parameters: Ac2fParameters) -> int:
+    """How many samples of the others the trail must hold: those of its length, one that joins, and the present."""
+    return int(parameters.vehicle_trail_s / parameters.control_period_s) + 4
 
 
-def _moved(position: Point, velocity: Point, time_s: float) -> Point:
-    return position[0] + velocity[0] * time_s, position[1] + velocity[1] * time_s
+@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VECTOR, VECTOR, VIEW_TYPE))
+def _look_at_self(parameters: Record, memory: Record, position: Array, velocity: Array, view: Record) -> None:
+    p, m, v = parameters[0], memory[0], view[0]
+    v.own_n = position[0]
+    v.own_e = position[1]
+    last_n = m.command_n if m.has_command else velocity[0]
+    last_e = m.command_e if m.has_command else velocity[1]
+    v.base_n = last_n + p.command_blend * (velocity[0] - last_n)
+    v.base_e = last_e + p.command_blend * (velocity[1] - last_e)
+    v.ahead_n = v.own_n + p.response_lag_s * (velocity[0] - v.base_n)
+    v.ahead_e = v.own_e + p.response_lag_s * (velocity[1] - v.base_e)
+
+
+@compiled(void(PARAMETERS_TYPE, ROWS, ROWS, VECTOR, VIEW_TYPE))
+def _look_at_team(parameters: Record, members: Array, team: Array, etas: Array, view: Record) -> None:
+    """Fill team (k, 4) and etas (k,): teammates predicted over the age of their state, the fresh ones first."""
+    p, v = parameters[0], view[0]
+    count = members.shape[0]
+    fresh = 0
+    for i in range(count):
+        fresh += members[i, 4] <= p.team_stale_s
+    v.team_count = fresh
+    v.team_complete = fresh == count
+    first, behind = 0, fresh
+    for i in range(count):
+        if members[i, 4] <= p.team_stale_s:
+            row = first
+            first += 1
+        else:
+            row = behind
+            behind += 1
+        ahead_s = min(p.prediction_max_s, max(0.0, members[i, 4]))
+        team[row, 0] = members[i, 0] + members[i, 2] * ahead_s
+        team[row, 1] = members[i, 1] + members[i, 3] * ahead_s
+        team[row, 2] = members[i, 2]
+        team[row, 3] = members[i, 3]
+        etas[row] = members[i, 5]
+
+
+@compiled(void(PARAMETERS_TYPE, VECTOR, VECTOR, NUMBER, NUMBER, VIEW_TYPE))
+def _look_at_target(parameters: Record, position: Array, velocity: Array, track_t_s: float, age_s: float, view: Record) -> None:
+    """The track predicted to the view's time; an age of NaN says that there is none."""
+    v = view[0]
+    v.target_known = not math.isnan(age_s)
+    v.target_age_s = age_s
+    v.distance_m = math.inf
+    if v.target_known:
+        ahead_s = min(parameters[0].prediction_max_s, max(0.0, v.t_s - track_t_s))
+        v.target_n = position[0] + velocity[0] * ahead_s
+        v.target_e = position[1] + velocity[1] * ahead_s
+        v.target_vn = velocity[0]
+        v.target_ve = velocity[1]
+        v.distance_m = math.hypot(v.own_n - v.target_n, v.own_e - v.target_e)
+
+
+@compiled(WHOLE(VIEW_TYPE, ROWS, ROWS, WHOLE))
+def _write_present(view: Record, team: Array, trail: Array, start: int) -> int:
+    """Write the places of all others into `trail` from row `start` on; returns the row behind them."""
+    v = view[0]
+    for i in range(team.shape[0]):
+        trail[start + i, 0] = team[i, 0]
+        trail[start + i, 1] = team[i, 1]
+        trail[start + i, 2] = v.t_s
+    end: int = start + team.shape[0]
+    if v.target_known:
+        trail[end, 0] = v.target_n
+        trail[end, 1] = v.target_e
+        trail[end, 2] = v.t_s
+        end += 1
+    return end
+
+
+@compiled(WHOLE(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, ROWS))
+def follow_others(parameters: Record, memory: Record, view: Record, team: Array, trail: Array) -> int:
+    """How many rows of `trail` (c, 3: north, east, t_s) tell where others are or recently were.
+
+    The first `memory.trail_count` of them stay, one sample a period; the present places of this step are behind them.
+    """
+    p, m, v = parameters[0], memory[0], view[0]
+    if v.t_s >= m.trail_next_s - 1e-9:
+        m.trail_next_s = v.t_s + p.control_period_s
+        old = max(0, m.trail_count + 2 * (team.shape[0] + 1) - trail.shape[0])
+        while old < m.trail_count and v.t_s - trail[old, 2] > p.vehicle_trail_s:
+            old += 1
+        m.trail_count -= old
+        for i in range(m.trail_count if old else 0):
+            trail[i] = trail[i + old]
+        m.trail_count = _write_present(view, team, trail, m.trail_count)
+    return int(_write_present(view, team, trail, m.trail_count))
+
+
+@compiled(void(PARAMETERS_TYPE, ROWS, NUMBER, ROWS, ROWS, ROWS, VIEW_TYPE))
+def _build_scene(
+    parameters: Record, discs: Array, discs_t_s: float, places: Array, team: Array, scene: Array, view: Record
+) -> None:
+    p, v = parameters[0], view[0]
+    age_s = max(0.0, v.t_s - discs_t_s)
+    body_m, body_max_m = p.vehicle_disc_m, p.vehicle_radius_max_m
+    count = inflate(discs, v.own_n, v.own_e, age_s, p.inflation_m, p.obstacle_range_m, places, body_m, body_max_m, scene)
+    v.obstacle_count = count
+    separation = team_distance_m(parameters, v.team_count + 1)
+    for i in range(v.team_count):
+        count = add_vehicle(scene, count, team[i], v.own_n, v.own_e, separation, p.obstacle_range_m)
+    if v.target_known and p.evader_distance_m > 0.0 and v.target_age_s <= p.target_stale_s:
+        target = np.array((v.target_n, v.target_e, v.target_vn, v.target_ve))
+        count = add_vehicle(scene, count, target, v.own_n, v.own_e, p.evader_distance_m, p.obstacle_range_m)
+    v.scene_count = count
+    v.depth_m = deepest_m(scene[:count])
+    v.clearance_m = scene_clearance_m(scene[:count], v.own_n, v.own_e, p.obstacle_range_m)
+
+
+@compiled(
+    void(
+        PARAMETERS_TYPE, MEMORY_TYPE, VECTOR, VECTOR, NUMBER, NUMBER, ROWS, VECTOR, VECTOR, NUMBER, NUMBER, ROWS, NUMBER,
+        ROWS, VECTOR, ROWS, ROWS, VIEW_TYPE,
+    )
+)  # fmt: skip
+def look(
+    parameters: Record,
+    memory: Record,
+    own_position: Array,
+    own_velocity: Array,
+    own_yaw_rad: float,
+    t_s: float,
+    members: Array,
+    target_position: Array,
+    target_velocity: Array,
+    target_t_s: float,
+    target_age_s: float,
+    discs: Array,
+    discs_t_s: float,
+    team: Array,
+    etas: Array,
+    scene: Array,
+    trail: Array,
+    view: Record,
+) -> None:
+    """Fill `view`, team (k, 4), etas (k,), scene (>= n + k + 1, 6) and `trail` from what was observed at `t_s`.
+
+    own_position, own_velocity, target_position, target_velocity: (2 or 3,) NED. members: (k, MEMBER_COLUMNS). target_age_s: NaN
+    without a target. discs: (n, >=5), true at `discs_t_s`.
+    """
+    view[0].t_s = t_s
+    view[0].own_yaw_rad = own_yaw_rad
+    _look_at_self(parameters, memory, own_position, own_velocity, view)
+    _look_at_team(parameters, members, team, etas, view)
+    _look_at_target(parameters, target_position, target_velocity, target_t_s, target_age_s, view)
+    known = follow_others(parameters, memory, view, team, trail)
+    _build_scene(parameters, discs, discs_t_s, trail[:known], team, scene, view)

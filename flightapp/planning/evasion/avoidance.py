@@ -15,7 +15,7 @@ from flightapp.core.types import Array, Limits, Observation
 from flightapp.planning.ac2f.field import deflected
 from flightapp.planning.ac2f.records import Record
 from flightapp.planning.ac2f.safe_velocity import F8, PAIR_TYPE, SCENE_TYPE, Braking, safe_velocity
-from flightapp.planning.ac2f.scene import GRACE_M, _inflate
+from flightapp.planning.ac2f.scene import GRACE_M, inflate
 from flightapp.planning.compiled import compiled
 from flightapp.planning.evasion.parameters import AvoidingParameters
 from flightapp.planning.plane import Point, planar
@@ -76,7 +76,7 @@ def avoid(
     """
     p = parameters[0]
     gain_m2, influence_m, cap = p.field_gain_m2, p.field_influence_m, p.field_repulsion_max
-    count = _inflate(discs, own_n, own_e, age_s, p.inflation_m, p.obstacle_range_m, np.empty((0, 2)), 0.0, 0.0, scene)
+    count = inflate(discs, own_n, own_e, age_s, p.inflation_m, p.obstacle_range_m, np.empty((0, 2)), 0.0, 0.0, scene)
     wish_n, wish_e = deflected(scene[:count], own_n, own_e, wish_n, wish_e, gain_m2, influence_m, cap, GAP_MIN_M)
     count = _add_pursuers(scene, count, pursuers, own_n, own_e, p.pursuer_distance_m, p.obstacle_range_m)
     braking = Braking(
