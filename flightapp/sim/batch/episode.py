@@ -104,9 +104,8 @@ class _Flight:
         self._target_is_truth = not (target.position_noise_m or target.velocity_noise_m_s or target.latency_s)
         self._target_is_truth = self._target_is_truth and not (target.needs_sight or target.filter)
         given, limits = planner_parameters(scenario, parameters), scenario.pursuers.limits()
-        self._planners = [
-            make_planner(planner, limits=limits, parameters=given, seed=stream(Stream.PLANNER) + i) for i in range(self._count)
-        ]
+        own = stream(Stream.PLANNER)
+        self._planners = [make_planner(planner, limits=limits, parameters=given, seed=own + i) for i in range(self._count)]
         evader = scenario.evader
         self._evader = make_evader(
             evader.policy, limits=evader.limits(), parameters=evader.parameters, seed=stream(Stream.EVADER)

@@ -7,10 +7,20 @@ import math
 import numpy as np
 from pydantic import Field
 
-from flightapp.core.angles import wrap_pi
 from flightapp.core.errors import InputError
-from flightapp.core.types import Boundary
-from flightapp.sim.batch.families.layout import Area, FamilyLayout, Layout, Start, Team, disc, disc_rows, is_clear
+from flightapp.core.types import Array, Boundary
+from flightapp.sim.batch.families.field import scattered
+from flightapp.sim.batch.families.layout import (
+    Area,
+    FamilyLayout,
+    Layout,
+    Start,
+    Team,
+    disc_rows,
+    shaken,
+    standing_discs,
+    start_rows,
+)
 
 ATTEMPTS_MAX = 20_000
 
@@ -30,7 +40,7 @@ class DenseLayout(FamilyLayout):
     moving_discs: int = Field(default=0, ge=0)
     """So many of the discs move, in a random direction."""
     moving_speed_m_s: float = Field(default=1.0, ge=0)
-    evader_start_m: tuple[float, float] = (60.0, 25.0)
+    evader_start_m: tuple[float, float] = (58.0, 25.0)
     pursuer_starts_m: tuple[tuple[float, float], ...] = ((74.0, 2.0), (74.0, 48.0))
     start_noise_m: float = Field(default=1.0, ge=0)
     """Each start is shaken by up to this, each axis."""
@@ -49,29 +59,23 @@ class DenseLayout(FamilyLayout):
             self._start(place, math.atan2(evader.east_m - place[1], evader.north_m - place[0]), random)
             for place in self.pursuer_starts_m[: team.count]
         ]
-        discs = self._field([evader, *pursuers], random)
+        discs = self._field(start_rows([evader, *pursuers]), random)
         boundary = Boundary(np.array([[0.0, 0.0], [0.0, self.east_m]]), False)
         return Layout(disc_rows(discs), boundary, tuple(pursuers), evader, Area(0.0, self.north_m, 0.0, self.east_m))
 
     def _start(self, place: tuple[float, float], heading_rad: float, random: np.random.Generator) -> Start:
-        north, east = random.uniform(-self.start_noise_m, self.start_noise_m, 2)
-        noise = math.radians(self.heading_noise_deg)
-        return Start(place[0] + float(north), place[1] + float(east), wrap_pi(heading_rad + float(random.uniform(-noise, noise))))
+        return shaken(place, heading_rad, self.start_noise_m, self.heading_noise_deg, random)
 
-    def _field(self, starts: list[Start], random: np.random.Generator) -> list[list[float]]:
-        discs: list[list[float]] = []
-        low = np.array((self.disc_north_min_m, self.disc_radius_max_m, self.disc_radius_min_m, -math.pi))
-        high = np.array((self.disc_north_max_m, self.east_m - self.disc_radius_max_m, self.disc_radius_max_m, math.pi))
-        for _ in range(ATTEMPTS_MAX):
-            if len(discs) == self.discs:
-                break
-            north, east, radius, direction = random.uniform(low, high).tolist()
-            speed = self.moving_speed_m_s if len(discs) < self.moving_discs else 0.0
-            far = all(math.hypot(north - s.north_m, east - s.east_m) >= radius + self.start_clear_m for s in starts)
-            if far and is_clear(north, east, discs, radius + self.disc_gap_m):
-                discs.append(disc(north, east, radius, speed * math.cos(direction), speed * math.sin(direction)))
-        if len(discs) < self.discs:
+    def _field(self, starts: Array, random: np.random.Generator) -> list[list[float]]:
+        low = (self.disc_north_min_m, self.disc_radius_max_m, self.disc_radius_min_m)
+        high = (self.disc_north_max_m, self.east_m - self.disc_radius_max_m, self.disc_radius_max_m)
+        field = scattered(low, high, self.discs, ATTEMPTS_MAX, starts, self.start_clear_m, self.disc_gap_m, random)
+        if len(field) < self.discs:
             raise InputError(
-                f"layout.discs = {self.discs}: only {len(discs)} found room; fewer, smaller discs or a smaller disc_gap_m"
+                f"layout.discs = {self.discs}: only {len(field)} found room; fewer, smaller discs or a smaller disc_gap_m"
             )
+        discs = standing_discs(field)
+        for row, direction in zip(discs[: self.moving_discs], random.uniform(-math.pi, math.pi, self.moving_discs), strict=False):
+            row[3] = self.moving_speed_m_s * math.cos(direction)
+            row[4] = self.moving_speed_m_s * math.sin(direction)
         return discs

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from flightapp.config.loading import Strict
+from flightapp.core.angles import wrap_pi
 from flightapp.core.types import Array, Boundary
 
 
@@ -69,6 +71,20 @@ def disc_rows(discs: list[list[float]]) -> Array:
     return np.array(discs, dtype=np.float64).reshape(-1, 7)
 
 
-def is_clear(north_m: float, east_m: float, discs: list[list[float]], distance_m: float) -> bool:
-    """Whether a point is at least `distance_m` from every disc's surface."""
-    return all(math.hypot(north_m - row[0], east_m - row[1]) >= row[2] + distance_m for row in discs)
+def start_rows(starts: Sequence[Start]) -> Array:
+    """(n, 2) north, east."""
+    return np.array([(start.north_m, start.east_m) for start in starts], dtype=np.float64).reshape(-1, 2)
+
+
+def standing_discs(field: Array) -> list[list[float]]:
+    """Rows of `Layout.discs` from (n, 3) north, east, radius."""
+    return [disc(north, east, radius) for north, east, radius in field.tolist()]
+
+
+def shaken(
+    place: tuple[float, float], heading_rad: float, noise_m: float, heading_noise_deg: float, random: np.random.Generator
+) -> Start:
+    """A start about `place`: within `noise_m` on each axis and `heading_noise_deg` of `heading_rad`."""
+    north, east, turn = random.uniform(-1.0, 1.0, 3).tolist()
+    heading = wrap_pi(heading_rad + turn * math.radians(heading_noise_deg))
+    return Start(place[0] + north * noise_m, place[1] + east * noise_m, heading)

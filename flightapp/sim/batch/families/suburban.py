@@ -7,10 +7,23 @@ import math
 import numpy as np
 from pydantic import Field
 
-from flightapp.core.angles import wrap_pi
 from flightapp.core.errors import InputError
-from flightapp.core.types import Boundary
-from flightapp.sim.batch.families.layout import Area, FamilyLayout, Layout, Start, Team, disc, disc_rows, is_clear
+from flightapp.core.types import Array, Boundary
+from flightapp.sim.batch.families.field import scattered
+from flightapp.sim.batch.families.layout import (
+    Area,
+    FamilyLayout,
+    Layout,
+    Start,
+    Team,
+    disc,
+    disc_rows,
+    shaken,
+    standing_discs,
+    start_rows,
+)
+
+ATTEMPTS_MAX = 1024
 
 
 class SuburbanLayout(FamilyLayout):
@@ -47,18 +60,16 @@ class SuburbanLayout(FamilyLayout):
             self._start(place, math.atan2(evader.east_m - place[1], evader.north_m - place[0]), random)
             for place in self.pursuer_starts_m[: team.count]
         ]
-        starts = [evader, *pursuers]
+        starts = start_rows([evader, *pursuers])
         discs = self._houses(starts, random)
         discs += self._trees(starts, discs, random)
         boundary = Boundary(np.array([[0.0, 0.0], [0.0, self.east_m]]), False)
         return Layout(disc_rows(discs), boundary, tuple(pursuers), evader, Area(0.0, self.north_m, 0.0, self.east_m))
 
     def _start(self, place: tuple[float, float], heading_rad: float, random: np.random.Generator) -> Start:
-        north, east = random.uniform(-self.start_noise_m, self.start_noise_m, 2)
-        noise = math.radians(self.heading_noise_deg)
-        return Start(place[0] + float(north), place[1] + float(east), wrap_pi(heading_rad + float(random.uniform(-noise, noise))))
+        return shaken(place, heading_rad, self.start_noise_m, self.heading_noise_deg, random)
 
-    def _houses(self, starts: list[Start], random: np.random.Generator) -> list[list[float]]:
+    def _houses(self, starts: Array, random: np.random.Generator) -> list[list[float]]:
         rows: list[list[float]] = []
         room = self.lot_m - self.street_m
         if room < self.house_min_m:
@@ -71,7 +82,9 @@ class SuburbanLayout(FamilyLayout):
                 north = (i + 0.5) * self.lot_m + float(slack[0]) * (room - long)
                 east = (j + 0.5) * self.lot_m + float(slack[1]) * (room - wide)
                 house = self._house(north, east, long, wide)
-                if built and all(is_clear(s.north_m, s.east_m, house, self.start_clear_m) for s in starts):
+                north_gap = np.abs(starts[:, 0] - north) - 0.5 * long
+                east_gap = np.abs(starts[:, 1] - east) - 0.5 * wide
+                if built and (np.maximum(north_gap, east_gap) >= self.start_clear_m).all():
                     rows += house
         return rows
 
@@ -90,12 +103,10 @@ class SuburbanLayout(FamilyLayout):
             if a in (0, along - 1) or b in (0, across - 1)
         ]
 
-    def _trees(self, starts: list[Start], houses: list[list[float]], random: np.random.Generator) -> list[list[float]]:
-        trees: list[list[float]] = []
-        for _ in range(self.trees):
-            radius = float(random.uniform(self.tree_radius_min_m, self.tree_radius_max_m))
-            north, east = float(random.uniform(5.0, self.north_m - 5.0)), float(random.uniform(2.0, self.east_m - 2.0))
-            far = all(math.hypot(north - s.north_m, east - s.east_m) >= radius + self.start_clear_m for s in starts)
-            if far and is_clear(north, east, houses + trees, radius + self.tree_gap_m):
-                trees.append(disc(north, east, radius))
-        return trees
+    def _trees(self, starts: Array, houses: list[list[float]], random: np.random.Generator) -> list[list[float]]:
+        """Where a tree finds no room there is none."""
+        low = (5.0, 2.0, self.tree_radius_min_m)
+        high = (self.north_m - 5.0, self.east_m - 2.0, self.tree_radius_max_m)
+        standing = disc_rows(houses)[:, :3]
+        clear, gap = self.start_clear_m, self.tree_gap_m
+        return standing_discs(scattered(low, high, self.trees, ATTEMPTS_MAX, starts, clear, gap, random, standing))

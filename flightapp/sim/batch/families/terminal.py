@@ -10,7 +10,17 @@ from pydantic import Field
 from flightapp.core.angles import wrap_pi
 from flightapp.core.errors import InputError
 from flightapp.core.types import Boundary
-from flightapp.sim.batch.families.layout import Area, FamilyLayout, Layout, Start, Team, disc, disc_rows, is_clear
+from flightapp.sim.batch.families.field import scattered
+from flightapp.sim.batch.families.layout import (
+    Area,
+    FamilyLayout,
+    Layout,
+    Start,
+    Team,
+    disc_rows,
+    standing_discs,
+    start_rows,
+)
 
 ATTEMPTS_MAX = 10_000
 
@@ -48,16 +58,12 @@ class TerminalLayout(FamilyLayout):
 
     def _field(self, starts: tuple[Start, ...], half: float, random: np.random.Generator) -> list[list[float]]:
         """Discs around the way that evader and pursuer take."""
-        discs: list[list[float]] = []
-        for _ in range(ATTEMPTS_MAX):
-            if len(discs) == self.discs:
-                return discs
-            radius = float(random.uniform(self.disc_radius_min_m, self.disc_radius_max_m))
-            north = float(random.uniform(0.3, 1.0)) * (self.boundary_m + self.distance_m)
-            east = float(random.uniform(-half, half)) / 3.0
-            far = all(math.hypot(north - s.north_m, east - s.east_m) >= radius + self.start_clear_m for s in starts)
-            if far and is_clear(north, east, discs, radius + self.disc_gap_m):
-                discs.append(disc(north, east, radius))
-        raise InputError(
-            f"layout.discs = {self.discs}: only {len(discs)} found room; fewer, smaller discs or a smaller disc_gap_m"
-        )
+        far = self.boundary_m + self.distance_m
+        low, high = (0.3 * far, -half / 3.0, self.disc_radius_min_m), (far, half / 3.0, self.disc_radius_max_m)
+        clear, gap = self.start_clear_m, self.disc_gap_m
+        field = scattered(low, high, self.discs, ATTEMPTS_MAX, start_rows(starts), clear, gap, random)
+        if len(field) < self.discs:
+            raise InputError(
+                f"layout.discs = {self.discs}: only {len(field)} found room; fewer, smaller discs or a smaller disc_gap_m"
+            )
+        return standing_discs(field)
