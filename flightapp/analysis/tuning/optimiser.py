@@ -19,10 +19,13 @@ from sklearn.gaussian_process.kernels import RBF, WhiteKernel
 from flightapp.analysis.tuning.weights import X_MAX, X_MIN
 from flightapp.core.types import Array
 
-LENGTH_SCALE_BOUNDS = (0.03, 3.0)
+LENGTH_SCALE_BOUNDS = (0.1, 3.0)
+"""Of the square; anything rougher is noise of a finite batch."""
 NOISE_BOUNDS = (1e-6, 1.0)
 """Variance over that of all samples, fitted: J of a batch jumps by 100 over the batch's size with each run that fails."""
 JITTER = 1e-8
+IMPROVEMENT_MIN = 0.1
+"""Of J, s: less is not searched for, so that the search leaves a plateau."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +64,7 @@ def _optimisation(samples: Sequence[Sample], seed: int) -> BayesianOptimization:
     optimisation = BayesianOptimization(
         f=None,
         pbounds={"x1": (X_MIN, X_MAX), "x2": (X_MIN, X_MAX)},
-        acquisition_function=ExpectedImprovement(xi=0.0),
+        acquisition_function=ExpectedImprovement(xi=IMPROVEMENT_MIN),
         random_state=random_state,
         verbose=0,
         allow_duplicate_points=True,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from flightapp.analysis.campaign.pictures.style import BOUNDARY, new_figure, png
 from flightapp.analysis.map_data import INK
@@ -38,17 +39,19 @@ def _draw_surface(figure: Figure, axes: Axes, evaluations: Sequence[Evaluation],
     x1, x2 = (grid.ravel() for grid in np.meshgrid(side, side))
     costs = response([one.sample() for one in evaluations], np.column_stack([x1, x2]), seed)
     low, high = float(costs.min()), float(np.percentile(costs, SHOWN_PERCENTILE))
-    levels = np.linspace(low, max(high, low + 1e-6), LEVELS)
+    levels = MaxNLocator(LEVELS).tick_values(low, max(high, low + 1e-3))
     shape = (GRID, GRID)
     alpha, beta = x1.reshape(shape), (x2 * (1.0 - x1)).reshape(shape)
     filled = axes.contourf(alpha, beta, costs.reshape(shape), levels=levels, cmap="viridis_r", extend="max")
-    figure.colorbar(filled, ax=axes, label="J")
+    figure.colorbar(filled, ax=axes, label="J", format="%g", ticks=MaxNLocator(8))
     samples = np.array([[one.x1, one.x2 * (1.0 - one.x1)] for one in evaluations])
     axes.plot(
         samples[:, 0], samples[:, 1], "o", color="white", markeredgecolor=INK, markeredgewidth=0.6, markersize=3.5, label="sample"
     )
     point = weights_of(best.x1, best.x2)
-    axes.plot(point.alpha, point.beta, "*", color=BOUNDARY, markeredgecolor="white", markersize=15, label="least J")
+    axes.plot(
+        point.alpha, point.beta, "*", color=BOUNDARY, markeredgecolor="white", markersize=15, label="least J", clip_on=False
+    )
     axes.plot([0.0, 1.0], [1.0, 0.0], color=INK, linewidth=0.8)
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(0.0, 1.0)

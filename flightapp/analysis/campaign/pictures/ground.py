@@ -20,7 +20,7 @@ from flightapp.sim.batch.families.layout import Layout
 
 LONG_SIDE_IN, LEGEND_IN, MARGIN_IN = 6.4, 2.3, 0.7
 SHORT_SIDE_MIN_IN = 3.0
-ROOM_M = 2.0
+ROOM_M, ROOM_SHARE = 1.0, 0.03
 BOUNDARY_SHOWN_SHARE = 0.35
 """The view grows by at most this share of its own size to show the boundary."""
 
@@ -59,7 +59,8 @@ def _view(layout: Layout, paths_m: Array) -> tuple[Array, Array]:
     nearest = np.array(nearest_on(middle, segments(layout.boundary))[:2])
     if (np.maximum(low - nearest, nearest - high) <= BOUNDARY_SHOWN_SHARE * max(high - low)).all():
         low, high = np.minimum(low, nearest), np.maximum(high, nearest)
-    return low - ROOM_M, high + ROOM_M
+    room = ROOM_M + ROOM_SHARE * max(high - low)
+    return low - room, high + room
 
 
 def _draw_layout(axes: Axes, layout: Layout) -> None:
@@ -75,7 +76,8 @@ def _draw_layout(axes: Axes, layout: Layout) -> None:
     label = "protected boundary" if seen else None
     axes.plot(line[:, 1], line[:, 0], color=BOUNDARY, linewidth=2.2, label=label, zorder=2)
     starts = np.array([[start.north_m, start.east_m] for start in layout.pursuers])
-    axes.plot(starts[:, 1], starts[:, 0], "o", color=INK, markersize=5, label="pursuers' starts", zorder=6)
+    whose = "pursuer's start" if len(starts) == 1 else "pursuers' starts"
+    axes.plot(starts[:, 1], starts[:, 0], "o", color=INK, markersize=5, label=whose, zorder=6)
     axes.plot(layout.evader.east_m, layout.evader.north_m, "s", color=EVADER, markersize=5, label="evader's start", zorder=6)
 
 

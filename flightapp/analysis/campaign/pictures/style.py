@@ -7,6 +7,7 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from flightapp.analysis.map_data import EVADER_COLOUR, INK
 from flightapp.sim.batch.result import RunResult
@@ -39,7 +40,7 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     """An empty figure of this house's look, independent of a person's own settings."""
     mpl.rcdefaults()
     mpl.rcParams.update(_RC)
-    return Figure(figsize=(width_in, height_in), dpi=DPI, layout="constrained")
+    return Figure(figsize=(width_in, height_in), dpi=DPI, layout=ConstrainedLayoutEngine(wspace=0.08))
 
 
 def png(figure: Figure) -> bytes:

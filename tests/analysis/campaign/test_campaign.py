@@ -1,0 +1,116 @@
+"""A whole small campaign: the same whatever the number of workers, told without gaps, kept when it is cut short."""
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from flightapp.analysis.campaign.campaign import Campaign, Finished, run_campaign
+from flightapp.analysis.campaign.drawing import Drawing
+from flightapp.analysis.campaign.parquet import SCHEMA, TIMING_COLUMNS
+from flightapp.analysis.campaign.runner import fly_jobs, paired_jobs
+from flightapp.analysis.campaign.summary import summarise
+from flightapp.analysis.campaign.workers import Workers
+from flightapp.analysis.run import load_run
+from flightapp.analysis.summary import summarise as summarise_run
+from flightapp.sim.batch.result import RunResult
+from flightapp.sim.batch.scenario import Scenario
+from tests.analysis.campaign.small import small_scenario
+
+SEEDS = tuple(range(8))
+KEYS = {
+    "planner",
+    "runs",
+    "success_rate",
+    "success_ci95",
+    "p_value",
+    "collision_rate",
+    "escape_rate",
+    "timeout_rate",
+    "capture_time_s",
+    "path_length_m",
+    "mean_jerk_m_s3",
+    "boundary_distance_m",
+    "min_clearance_m",
+    "decision_ms",
+    "simulated_s_per_s",
+}
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
+    return small_scenario(tmp_path_factory.mktemp("scenario"))
+
+
+@pytest.fixture(scope="module")
+def finished(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    campaign = Campaign(scenario, ("ac2f",), SEEDS, {}, Drawing((3,), 1))
+    return run_campaign(campaign, Workers(1), tmp_path_factory.mktemp("campaign") / "one")
+
+
+def test_two_workers_fly_the_same_as_one(scenario: Scenario, finished: Finished, tmp_path: Path) -> None:
+    two = run_campaign(Campaign(scenario, ("ac2f",), SEEDS, {}, Drawing((), 0)), Workers(2), tmp_path / "two")
+    tables = [pq.read_table(folder / "runs.parquet") for folder in (finished.folder, two.folder)]
+    assert tables[0].schema.equals(SCHEMA)
+    assert tables[0].column("seed").to_pylist() == list(SEEDS)
+    assert tables[0].drop_columns(list(TIMING_COLUMNS)).equals(tables[1].drop_columns(list(TIMING_COLUMNS)))
+
+
+def test_machines_get_exactly_these_keys_and_only_numbers(finished: Finished) -> None:
+    assert set(finished.summary) == {"scenario", "seeds", "planners"}
+    (figures,) = finished.summary["planners"]
+    assert set(figures) == KEYS
+    assert set(figures["decision_ms"]) == {"p50", "p99"}
+    json.dumps(finished.summary, allow_nan=False)
+    shares = [figures[name] for name in ("success_rate", "collision_rate", "escape_rate", "timeout_rate")]
+    assert sum(shares) == pytest.approx(1.0)
+    assert figures["success_rate"] > 0.5
+    assert figures["p_value"] is None
+
+
+def test_pictures_of_the_seeds_asked_for_are_there(finished: Finished) -> None:
+    failed = json.loads((finished.folder / "summary.json").read_text())["planners"][0]["failed_seeds"]
+    names = {"paths-3.png", "distance-3.png", "modes-ac2f-3.png", *(f"failed-ac2f-{seed}.png" for seed in failed[:1])}
+    assert {path.name for path in finished.folder.glob("*.png")} == names
+    assert "| ac2f" in (finished.folder / "table.md").read_text()
+
+
+def test_a_run_alone_is_recorded_as_it_was_flown(scenario: Scenario, finished: Finished, tmp_path: Path) -> None:
+    seed = next(
+        row["seed"] for row in pq.read_table(finished.folder / "runs.parquet").to_pylist() if row["outcome"] == "captured"
+    )
+    campaign = Campaign(scenario, ("ac2f",), (seed,), {}, Drawing((), 0), record=True)
+    alone = run_campaign(campaign, Workers(1), tmp_path / "alone")
+    (row,) = pq.read_table(alone.folder / "runs.parquet").to_pylist()
+    told = summarise_run(load_run([alone.folder / "recordings" / f"ac2f-{seed}"]))
+    assert told["outcome"] == "captured"
+    assert told["seed"] == seed
+    assert told["capture_time_s"] == pytest.approx(row["capture_time_s"], abs=1e-6)
+    assert told["path_length_m"] == pytest.approx(row["path_length_m"], rel=0.01)
+    assert told["min_target_distance_m"] == pytest.approx(scenario.capture.radius_m, abs=0.05)
+
+
+def test_ctrl_c_keeps_what_is_finished(scenario: Scenario) -> None:
+    seen: list[RunResult] = []
+
+    def note(results: Sequence[RunResult]) -> None:
+        seen.extend(results)
+        if len(seen) == 3:
+            raise KeyboardInterrupt
+
+    flown = fly_jobs(scenario, paired_jobs(["ac2f"], SEEDS), Workers(1), note=note)
+    assert not flown.complete
+    assert [result.seed for result in flown.results] == [0, 1, 2]
+
+
+def test_without_any_success_figures_are_null_and_not_nan(scenario: Scenario) -> None:
+    hopeless = scenario.model_copy(update={"time_limit_s": 0.2})
+    flown = fly_jobs(hopeless, paired_jobs(["ac2f"], [0]), Workers(1))
+    (figures,) = summarise(hopeless, "0", ["ac2f"], flown.results)["planners"]
+    assert figures["timeout_rate"] == 1.0
+    assert figures["capture_time_s"] is None
+    assert figures["min_clearance_m"] is None
+    assert math.isfinite(figures["simulated_s_per_s"])
