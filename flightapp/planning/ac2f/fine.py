@@ -141,7 +141,7 @@ def _evaluate(
     clearance_score(workspace.clearances_m, gains.clearance_saturation_m, scores[CLEARANCE])
     velocity_score(speeds, scores[VELOCITY])
     if memory_weight != 0.0:
-        memory_score(north[1:], east[1:], history, gains.memory_scale_m, scores[MEMORY])
+        memory_score(north[1:], east[1:], history, gains.memory_scale_m, gains.speed_samples, workspace.verdicts, scores[MEMORY])
     else:
         scores[MEMORY, :] = 0.0
     weights = np.empty(4)

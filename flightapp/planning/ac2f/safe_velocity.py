@@ -20,6 +20,8 @@ DIRECTIONS = 36
 SPEEDS = 6
 STEPS = tuple((math.cos(k * 2.0 * math.pi / DIRECTIONS), math.sin(k * 2.0 * math.pi / DIRECTIONS)) for k in range(DIRECTIONS))
 TURNS = np.array(STEPS)
+SAFE_SPEED = 6  # column after the scene's own
+ROUNDING = 1e-9  # what the pruning allows for rounding
 
 
 class Braking(NamedTuple):
@@ -46,67 +48,97 @@ F8 = numba.float64
 PAIR_TYPE = numba.types.UniTuple(F8, 2)  # type: ignore[no-untyped-call]
 
 
-@compiled(F8(SCENE_TYPE, F8, F8, F8, F8, BRAKING_TYPE, F8))
-def _excess_m_s(scene: Array, n: float, e: float, vn: float, ve: float, braking: Braking, enough_m_s: float) -> float:
+@compiled(F8(SCENE_TYPE, numba.int64, F8, F8, F8, F8, BRAKING_TYPE, F8))
+def _excess_m_s(
+    relevant: Array, count: int, n: float, e: float, vn: float, ve: float, braking: Braking, enough_m_s: float
+) -> float:
     """By how much (vn, ve) is too fast towards the worst disc on its way, or too slow out of one; 0 where it is safe.
 
-    Above `enough_m_s` the result is no more than a lower bound.
+    relevant: (>= count, 7) as `_sort_relevant` fills it. Above `enough_m_s` the result is no more than a lower bound.
     """
     excess = 0.0
-    for i in range(scene.shape[0]):
-        dn = scene[i, 0] - n
-        de = scene[i, 1] - e
-        un = vn - scene[i, 3]
-        ue = ve - scene[i, 4]
+    speed = math.sqrt(vn * vn + ve * ve)
+    for i in range(count):
+        if excess > enough_m_s or speed - relevant[i, SAFE_SPEED] <= excess:
+            break
+        dn = relevant[i, 0] - n
+        de = relevant[i, 1] - e
+        un = vn - relevant[i, 3]
+        ue = ve - relevant[i, 4]
         closing = un * dn + ue * de
-        if scene[i, 5] > 0.0:
-            outwards = -closing / max(1e-9, math.hypot(dn, de))
-            excess = max(excess, min(braking.leaving_speed_max_m_s, braking.leaving_gain_per_s * scene[i, 5]) - outwards)
+        if relevant[i, 5] > 0.0:
+            outwards = -closing / max(1e-9, math.sqrt(dn * dn + de * de))
+            excess = max(excess, min(braking.leaving_speed_max_m_s, braking.leaving_gain_per_s * relevant[i, 5]) - outwards)
         if closing <= 0.0:
             continue
         across = un * de - ue * dn
         speed2 = un * un + ue * ue
-        radius2 = scene[i, 2] * scene[i, 2]
+        radius2 = relevant[i, 2] * relevant[i, 2]
         if across * across >= radius2 * speed2:
             continue
-        speed = math.sqrt(speed2)
-        gap = closing / speed - math.sqrt(radius2 - across * across / speed2)
-        excess = max(excess, speed - braking_speed_m_s(gap, braking.deceleration_m_s2, braking.reaction_s))
-        if excess > enough_m_s:
-            break
+        relative = math.sqrt(speed2)
+        gap = closing / relative - math.sqrt(radius2 - across * across / speed2)
+        excess = max(excess, relative - braking_speed_m_s(gap, braking.deceleration_m_s2, braking.reaction_s))
     return excess
 
 
-@compiled(F8(SCENE_TYPE, F8, F8, F8, F8, F8, F8, BRAKING_TYPE, F8))
-def risk_m_s(
-    scene: Array, n: float, e: float, vn: float, ve: float, base_n: float, base_e: float, braking: Braking, enough_m_s: float
+@compiled(F8(SCENE_TYPE, numba.int64, F8, F8, F8, F8, F8, F8, BRAKING_TYPE, F8))
+def _risk_m_s(
+    relevant: Array,
+    count: int,
+    n: float,
+    e: float,
+    vn: float,
+    ve: float,
+    base_n: float,
+    base_e: float,
+    braking: Braking,
+    enough_m_s: float,
 ) -> float:
     """By how much (vn, ve) and what is reached of it within the manoeuvre, from the base velocity, are too fast to stop.
 
-    0 where both are safe; above `enough_m_s` the result is no more than a lower bound.
+    0 where both are safe; otherwise as `_excess_m_s`.
     """
-    risk = _excess_m_s(scene, n, e, vn, ve, braking, enough_m_s)
-    change = math.hypot(vn - base_n, ve - base_e)
+    risk = _excess_m_s(relevant, count, n, e, vn, ve, braking, enough_m_s)
+    change = math.sqrt((vn - base_n) ** 2 + (ve - base_e) ** 2)
     reach = braking.deceleration_m_s2 * braking.manoeuvre_s
     if change <= reach or risk > enough_m_s:
         return risk
     part = reach / change
     first_n = base_n + part * (vn - base_n)
     first_e = base_e + part * (ve - base_e)
-    return risk + _excess_m_s(scene, n, e, first_n, first_e, braking, enough_m_s - risk)
+    return risk + _excess_m_s(relevant, count, n, e, first_n, first_e, braking, enough_m_s - risk)
 
 
 @compiled(numba.int64(SCENE_TYPE, F8, F8, F8, BRAKING_TYPE, SCENE_TYPE))
-def _relevant(scene: Array, n: float, e: float, speed_m_s: float, braking: Braking, out: Array) -> int:
-    """Copy the discs before which a vehicle with `speed_m_s` may not be able to stop, or in which it is; returns how many."""
+def _sort_relevant(scene: Array, n: float, e: float, speed_m_s: float, braking: Braking, out: Array) -> int:
+    """Copy the discs before which a vehicle with `speed_m_s` may not be able to stop, or in which it is; returns how many.
+
+    out (m, 7): the scene's columns and a speed that is safe whatever its direction, in ascending order.
+    """
     count = 0
     for i in range(scene.shape[0]):
-        relative_m_s = speed_m_s + math.hypot(scene[i, 3], scene[i, 4]) + 1e-9
-        gap = math.hypot(scene[i, 0] - n, scene[i, 1] - e) - scene[i, 2]
-        if scene[i, 5] > 0.0 or relative_m_s > braking_speed_m_s(gap, braking.deceleration_m_s2, braking.reaction_s):
-            for column in range(6):
-                out[count, column] = scene[i, column]
-            count += 1
+        dn = scene[i, 0] - n
+        de = scene[i, 1] - e
+        distance2 = dn * dn + de * de
+        drift = abs(scene[i, 3]) + abs(scene[i, 4])
+        relative = speed_m_s + drift
+        reach = scene[i, 2] + relative * (braking.reaction_s + 0.5 * relative / braking.deceleration_m_s2) + ROUNDING
+        safe = -math.inf
+        if scene[i, 5] <= 0.0:
+            if distance2 > reach * reach:
+                continue
+            gap = math.sqrt(distance2) - scene[i, 2]
+            safe = braking_speed_m_s(gap, braking.deceleration_m_s2, braking.reaction_s) - drift - ROUNDING
+        place = count
+        while place > 0 and out[place - 1, SAFE_SPEED] > safe:
+            for column in range(SAFE_SPEED + 1):
+                out[place, column] = out[place - 1, column]
+            place -= 1
+        for column in range(SAFE_SPEED):
+            out[place, column] = scene[i, column]
+        out[place, SAFE_SPEED] = safe
+        count += 1
     return count
 
 
@@ -126,19 +158,21 @@ def safe_velocity(
 
     base: the present velocity, m/s; it breaks ties against chatter. Where nothing is safe, the least excess wins.
     """
-    risk = risk_m_s(scene, n, e, wish_n, wish_e, base_n, base_e, braking, math.inf)
+    fastest = max(math.hypot(wish_n, wish_e), speed_max, math.hypot(base_n, base_e))
+    relevant = np.empty((scene.shape[0], SAFE_SPEED + 1))
+    count = _sort_relevant(scene, n, e, fastest, braking, relevant)
+    risk = _risk_m_s(relevant, count, n, e, wish_n, wish_e, base_n, base_e, braking, math.inf)
     if risk == 0.0:
         return wish_n, wish_e
     wish = math.hypot(wish_n, wish_e)
     unit_n = wish_n / wish if wish > 1e-9 else 1.0
     unit_e = wish_e / wish if wish > 1e-9 else 0.0
-    fastest = max(wish, speed_max, math.hypot(base_n, base_e))
-    near = np.empty((scene.shape[0], 6))
-    near = near[: _relevant(scene, n, e, fastest, braking, near)]
     best = braking.excess_cost * risk + braking.change_cost * math.hypot(wish_n - base_n, wish_e - base_e)
+    first = -1  # place of the best in the order of directions, for equal costs
     best_n = wish_n
     best_e = wish_e
-    for k in range(DIRECTIONS):
+    for outwards in range(DIRECTIONS):
+        k = (outwards + 1) // 2 if outwards % 2 == 1 else (DIRECTIONS - outwards // 2) % DIRECTIONS
         cos = unit_n * TURNS[k, 0] - unit_e * TURNS[k, 1]
         sin = unit_e * TURNS[k, 0] + unit_n * TURNS[k, 1]
         for j in range(SPEEDS):
@@ -146,17 +180,19 @@ def safe_velocity(
             if k == 0 and j == 1:
                 speed = 0.0
             cost = abs(wish - speed * TURNS[k, 0]) + braking.across_cost * speed * abs(TURNS[k, 1])
-            if cost >= best:
+            if cost > best:
                 continue
             vn = speed * cos
             ve = speed * sin
-            cost += braking.change_cost * math.hypot(vn - base_n, ve - base_e)
-            if cost >= best:
+            cost += braking.change_cost * math.sqrt((vn - base_n) ** 2 + (ve - base_e) ** 2)
+            if cost > best:
                 continue
             too_much = (best - cost) / braking.excess_cost * (1.0 + 1e-9)
-            cost += braking.excess_cost * risk_m_s(near, n, e, vn, ve, base_n, base_e, braking, too_much)
-            if cost < best:
+            cost += braking.excess_cost * _risk_m_s(relevant, count, n, e, vn, ve, base_n, base_e, braking, too_much)
+            place = SPEEDS * k + j
+            if cost < best or (cost == best and place < first):
                 best = cost
+                first = place
                 best_n = vn
                 best_e = ve
     return best_n, best_e

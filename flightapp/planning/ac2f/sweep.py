@@ -463,6 +463,18 @@ def _brake_block(
                 )
 
 
+@compiled("b1(f8[:,::1],f8,f8,f8,f8,f8)")
+def _any_within(scene: Array, n: float, e: float, range_m: float, from_s: float, until_s: float) -> bool:
+    """Whether a disc comes within `range_m` of (n, e) between two times."""
+    for i in range(scene.shape[0]):
+        rn = n - scene[i, 0] - scene[i, 3] * from_s
+        re = e - scene[i, 1] - scene[i, 4] * from_s
+        reach = range_m + scene[i, 2] + (abs(scene[i, 3]) + abs(scene[i, 4])) * (until_s - from_s) + ROUNDING_M
+        if rn * rn + re * re <= reach * reach:
+            return True
+    return False
+
+
 @compiled(
     "void(f8[:,::1],f8[::1],f8[::1],f8,f8,f8,f8,i8,b1,f8[:,::1],f8[:,::1],f8[::1],f8[::1],f8[::1],i8[::1])",
 )
@@ -507,6 +519,14 @@ def sweep(
         for c in range(size):
             corners_n[0, c] = north[steps, low + c]
             corners_e[0, c] = east[steps, low + c]
+        middle = low + size // 2
+        fastest = _largest(speeds[low:high])
+        longest_s = reaction_s + fastest / deceleration_m_s2
+        longest_m = fastest * reaction_s + 0.5 * fastest * fastest / deceleration_m_s2
+        range_m = longest_m + _spread_m(north[steps, low:high], east[steps, low:high], size // 2, scratch[0])
+        from_s = steps * step_s
+        if not _any_within(scene, north[steps, middle], east[steps, middle], range_m, from_s, from_s + longest_s):
+            continue
         stops = scratch[8, :size]
         made = scratch[9, :size]
         block_speeds = speeds[low:high]
