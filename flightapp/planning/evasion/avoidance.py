@@ -6,8 +6,6 @@ stop before every obstacle and every pursuer.
 
 from __future__ import annotations
 
-import math
-
 import numba
 import numpy as np
 
@@ -15,12 +13,11 @@ from flightapp.core.types import Array, Limits, Observation
 from flightapp.planning.ac2f.field import deflected
 from flightapp.planning.ac2f.records import Record
 from flightapp.planning.ac2f.safe_velocity import F8, PAIR_TYPE, SCENE_TYPE, Braking, safe_velocity
-from flightapp.planning.ac2f.scene import GRACE_M, inflate
+from flightapp.planning.ac2f.scene import SCENE_COLUMNS, add_vehicle, inflate
 from flightapp.planning.compiled import compiled
 from flightapp.planning.evasion.parameters import AvoidingParameters
 from flightapp.planning.plane import Point, planar
 
-SCENE_COLUMNS = 6
 GAP_MIN_M = 0.1
 """The field counts a smaller gap as this."""
 
@@ -38,22 +35,6 @@ GIVEN = (
 DERIVED = ("inflation_m", "braking_m_s2", "speed_max_m_s")
 AVOIDANCE = np.dtype([(name, "f8") for name in GIVEN + DERIVED], align=True)
 AVOIDANCE_TYPE = numba.types.Array(numba.from_dtype(AVOIDANCE), 1, "C")
-
-
-@compiled("i8(f8[:,::1],i8,f8[:,::1],f8,f8,f8,f8)")
-def _add_pursuers(scene: Array, count: int, pursuers: Array, n: float, e: float, distance_min_m: float, range_m: float) -> int:
-    """Write the `pursuers` (k, 4) within `range_m` behind the first `count` rows of `scene`; returns the new count."""
-    for i in range(pursuers.shape[0]):
-        distance = math.hypot(pursuers[i, 0] - n, pursuers[i, 1] - e)
-        if distance - distance_min_m <= range_m:
-            scene[count, 0] = pursuers[i, 0]
-            scene[count, 1] = pursuers[i, 1]
-            scene[count, 2] = max(0.0, min(distance_min_m, distance - GRACE_M))
-            scene[count, 3] = pursuers[i, 2]
-            scene[count, 4] = pursuers[i, 3]
-            scene[count, 5] = max(0.0, distance_min_m - distance)
-            count += 1
-    return count
 
 
 @compiled(PAIR_TYPE(AVOIDANCE_TYPE, F8, F8, F8, F8, F8, F8, SCENE_TYPE, F8, SCENE_TYPE, SCENE_TYPE))
@@ -78,7 +59,8 @@ def avoid(
     gain_m2, influence_m, cap = p.field_gain_m2, p.field_influence_m, p.field_repulsion_max
     count = inflate(discs, own_n, own_e, age_s, p.inflation_m, p.obstacle_range_m, np.empty((0, 2)), 0.0, 0.0, scene)
     wish_n, wish_e = deflected(scene[:count], own_n, own_e, wish_n, wish_e, gain_m2, influence_m, cap, GAP_MIN_M)
-    count = _add_pursuers(scene, count, pursuers, own_n, own_e, p.pursuer_distance_m, p.obstacle_range_m)
+    for i in range(pursuers.shape[0]):
+        count = add_vehicle(scene, count, pursuers[i], own_n, own_e, p.pursuer_distance_m, p.obstacle_range_m)
     braking = Braking(
         p.braking_m_s2,
         p.reaction_s,
