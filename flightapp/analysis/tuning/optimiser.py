@@ -15,6 +15,7 @@ from bayes_opt import BayesianOptimization
 from bayes_opt.acquisition import ExpectedImprovement
 from scipy.stats import qmc
 from sklearn.gaussian_process.kernels import RBF, WhiteKernel
+from threadpoolctl import threadpool_limits
 
 from flightapp.analysis.tuning.weights import X_MAX, X_MIN
 from flightapp.core.types import Array
@@ -24,6 +25,8 @@ LENGTH_SCALE_BOUNDS = (0.1, 3.0)
 NOISE_BOUNDS = (1e-6, 1.0)
 """Variance over that of all samples, fitted: J of a batch jumps by 100 over the batch's size with each run that fails."""
 JITTER = 1e-8
+RESTARTS = 1
+"""Of the likelihood's maximisation over two hyperparameters; more only cost time."""
 IMPROVEMENT_MIN = 0.1
 """Of J, s: less is not searched for, so that the search leaves a plateau."""
 
@@ -45,14 +48,15 @@ def first_points(count: int, seed: int) -> list[tuple[float, float]]:
 
 def suggest(samples: Sequence[Sample], seed: int) -> tuple[float, float]:
     """The point of the greatest Expected Improvement over `samples` (at least one)."""
-    point = _optimisation(samples, seed).suggest()
+    with threadpool_limits(1):  # small matrices: more threads only wait for one another, and round differently
+        point = _optimisation(samples, seed).suggest()
     return float(point["x1"]), float(point["x2"])
 
 
 def response(samples: Sequence[Sample], points: Array, seed: int) -> Array:
     """J (n,) as the Gaussian process over `samples` has it at `points` (n, 2) = x1, x2."""
     optimisation = _optimisation(samples, seed)
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), threadpool_limits(1):
         warnings.simplefilter("ignore")  # a length scale at its bound is no news
         costs = optimisation.predict([{"x1": float(x1), "x2": float(x2)} for x1, x2 in points])
     return -np.asarray(costs, dtype=np.float64)
@@ -69,7 +73,8 @@ def _optimisation(samples: Sequence[Sample], seed: int) -> BayesianOptimization:
         verbose=0,
         allow_duplicate_points=True,
     )
-    optimisation.set_gp_params(kernel=RBF(0.3, LENGTH_SCALE_BOUNDS) + WhiteKernel(1e-2, NOISE_BOUNDS), alpha=JITTER)
+    kernel = RBF(0.3, LENGTH_SCALE_BOUNDS) + WhiteKernel(1e-2, NOISE_BOUNDS)
+    optimisation.set_gp_params(kernel=kernel, alpha=JITTER, n_restarts_optimizer=RESTARTS)
     for sample in samples:
-        optimisation.register({"x1": sample.x1, "x2": sample.x2}, -sample.j)
+        optimisation.space.register({"x1": sample.x1, "x2": sample.x2}, -sample.j)
     return optimisation

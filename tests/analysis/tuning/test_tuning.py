@@ -68,7 +68,7 @@ def problem(folder: Path, seed: int = 0) -> Problem:
 
 def tuned(folder: Path, bowl: Bowl, monkeypatch: pytest.MonkeyPatch, *, again: bool = False, seed: int = 0) -> Tuned:
     monkeypatch.setattr(runner, "fly", bowl)
-    return run_tuning(problem(folder, seed), 4, Workers(1), folder / "w.toml", "flightapp tune small.toml", again=again)
+    return run_tuning(problem(folder, seed), 2, Workers(1), folder / "w.toml", "flightapp tune small.toml", again=again)
 
 
 def test_an_interrupted_optimisation_goes_on_as_if_it_had_not_been(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
