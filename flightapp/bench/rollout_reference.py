@@ -62,3 +62,45 @@ def roll_out_reference(
         pose = after
     verdict = np.where(clearance <= 0.0, 1, np.where(moving & (gap <= 0.0), 2, 0))
     return clearance, verdict, ends
+
+
+def fine_reference(
+    start: Array,
+    speeds: Array,
+    turns: Array,
+    scene: Array,
+    step_s: float,
+    steps: int,
+    saturation_m: float,
+    deceleration_m_s2: float,
+    reaction_s: float,
+    braking_steps: int,
+    aim: Array,
+    history: Array,
+    memory_scale_m: float,
+    weights: Array,
+) -> tuple[Array, Array, Array]:
+    """The whole evaluation: raw scores (4, n) heading, clearance, velocity, memory; verdict (n,); normalised total (n,).
+
+    aim (2,), history (h, 2) in m; weights (4,). The total is -inf where a candidate is not admissible.
+    """
+    clearance, verdict, ends = roll_out_reference(
+        start, speeds, turns, scene, step_s, steps, saturation_m, deceleration_m_s2, reaction_s, braking_steps
+    )
+    sight = np.arctan2(aim[1] - ends[:, 1], aim[0] - ends[:, 0])
+    heading = np.pi - np.abs((ends[:, 2] - sight + np.pi) % (2.0 * np.pi) - np.pi)
+    memory = np.zeros(len(speeds))
+    pose = np.tile(start, (len(speeds), 1))
+    for _ in range(steps):
+        pose = _moved(pose, speeds * step_s, turns * step_s)
+        distance2 = ((pose[:, None, :2] - history[None, :, :]) ** 2).sum(axis=2)
+        kernel = np.exp(-0.5 * distance2 / memory_scale_m**2)
+        memory += np.where(distance2 < (3.0 * memory_scale_m) ** 2, kernel, 0.0).sum(axis=1)
+    scores = np.stack((heading, clearance, speeds, memory))
+    total = np.full(len(speeds), -np.inf)
+    free = verdict == 0
+    if free.any():
+        chosen = scores[:, free]
+        low, span = chosen.min(axis=1, keepdims=True), np.ptp(chosen, axis=1, keepdims=True)
+        total[free] = weights @ np.where(span > 1e-12, (chosen - low) / np.maximum(span, 1e-12), 0.0)
+    return scores, verdict, total

@@ -7,34 +7,6 @@ import math
 from flightapp.core.angles import TWO_PI
 from flightapp.core.types import Array
 from flightapp.planning.compiled import compiled
-from flightapp.planning.plane import Point, limited
-
-
-def is_unseen(bearing_rad: float, unseen: Array) -> bool:
-    """Whether `bearing_rad` lies in one of the intervals `unseen` (k, 2: from, to, clockwise, rad)."""
-    for start, end in unseen.tolist():
-        width = (end - start) % TWO_PI
-        if width == 0.0 and end != start:
-            width = TWO_PI
-        if (bearing_rad - start) % TWO_PI < width:
-            return True
-    return False
-
-
-def seen_velocity(velocity: Point, unseen: Array, speed_max_m_s: float) -> Point:
-    """`velocity` (m/s), slowed down to `speed_max_m_s` if it leads into an unseen sector."""
-    if len(unseen) == 0 or math.hypot(*velocity) <= speed_max_m_s:
-        return velocity
-    return limited(velocity, speed_max_m_s) if is_unseen(math.atan2(velocity[1], velocity[0]), unseen) else velocity
-
-
-def nose_bearing(velocity: Point, speed_min_m_s: float, own: Point, watched: Point | None, fallback_rad: float) -> float:
-    """Where the nose points: along `velocity` above `speed_min_m_s`, else at the `watched` place, else where it does already."""
-    if math.hypot(*velocity) > speed_min_m_s:
-        return math.atan2(velocity[1], velocity[0])
-    if watched is not None and watched != own:
-        return math.atan2(watched[1] - own[1], watched[0] - own[0])
-    return fallback_rad
 
 
 @compiled("b1(f8,f8[:,::1])")

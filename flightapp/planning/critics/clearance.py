@@ -2,15 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from flightapp.core.types import Array
 from flightapp.planning.compiled import compiled
-
-
-def clearance(clearances_m: Array, saturation_m: float, out: Array) -> None:
-    """Fill out (n,): min(clearance, saturation) in m; clearances_m (n,) over each candidate's whole way."""
-    np.minimum(clearances_m, saturation_m, out=out)
 
 
 @compiled("void(f8[::1],f8,f8[::1])")

@@ -23,35 +23,6 @@ def _exp(x: float) -> float:
     return power * power
 
 
-@compiled("void(f8[:,:,::1],i8,f8[:,::1],f8,i8[::1],f8[::1])")
-def _memory(paths: Array, steps: int, history: Array, scale_m: float, which: NDArray[np.intp], out: Array) -> None:
-    reach2 = 9.0 * scale_m * scale_m
-    factor = -0.5 / (scale_m * scale_m)
-    north = history[:, 0].copy()
-    east = history[:, 1].copy()
-    sums = np.empty(history.shape[0])
-    for c in which:
-        sums[:] = 0.0
-        for k in range(steps):
-            n = paths[c, k, 0]
-            e = paths[c, k, 1]
-            for h in range(sums.shape[0]):
-                dn = n - north[h]
-                de = e - east[h]
-                distance2 = dn * dn + de * de
-                penalty = _exp(factor * min(distance2, reach2))
-                sums[h] += penalty if distance2 < reach2 else 0.0
-        out[c] = sums.sum()
-
-
-def memory(paths: Array, steps: int, history: Array, scale_m: float, which: NDArray[np.intp], out: Array) -> None:
-    """Fill out (n,): sum of exp(-d^2 / (2 scale^2)) over the first `steps` points of each path and the history; a penalty.
-
-    paths (n, >=steps, 2) and history (h, 2) in m, for the candidates `which`; the kernel is cut off at three scales.
-    """
-    _memory(paths, steps, history, scale_m, which, out)
-
-
 @compiled("f8(f8)")
 def _wide_exp(x: float) -> float:
     """exp(x) for -100 <= x <= 100 within 1e-9 of its value, and within 1e-12 for -20 <= x <= 20: exp(x / 1024) ** 1024."""

@@ -3,46 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flightapp.core.types import Array
 from flightapp.planning.compiled import compiled
-
-
-@compiled("i8(f8[:,::1],f8[::1],i8[::1],b1)")
-def _best(scores: Array, weights: Array, admissible: NDArray[np.intp], raw: bool) -> int:
-    total = np.zeros(admissible.shape[0])
-    for term in range(scores.shape[0]):
-        weight = weights[term]
-        if weight == 0.0:
-            continue
-        score = scores[term]
-        low = 0.0
-        scale = weight
-        if not raw:
-            low = score[admissible[0]]
-            high = low
-            for c in admissible:
-                low = min(low, score[c])
-                high = max(high, score[c])
-            if high - low <= 1e-12:
-                continue
-            scale = weight / (high - low)
-        for i in range(admissible.shape[0]):
-            total[i] += scale * (score[admissible[i]] - low)
-    return int(admissible[total.argmax()])
-
-
-def best(scores: Array, weights: Sequence[float], admissible: NDArray[np.intp], *, raw: bool = False) -> int:
-    """Index of the candidate with the highest weighted score among the indices `admissible` (k > 0,), the first of equals.
-
-    Each term, a row of scores (terms, n), is normalised to [0, 1] over the admissible candidates before weighting, and counts
-    nothing where all are equal; `raw` weights the plain values, as the source does.
-    """
-    return _best(scores, np.array(weights, dtype=np.float64), admissible, raw)
 
 
 @compiled("i8(f8[:,::1],f8[::1],i8[::1],b1,f8[::1])")

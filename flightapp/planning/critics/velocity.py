@@ -6,11 +6,6 @@ from flightapp.core.types import Array
 from flightapp.planning.compiled import compiled
 
 
-def velocity(speeds_m_s: Array, out: Array) -> None:
-    """Fill out (n,): the candidate's speed in m/s."""
-    out[:] = speeds_m_s
-
-
 @compiled("void(f8[::1],f8[::1])")
 def velocity_score(speeds_m_s: Array, out: Array) -> None:
     """Fill out (n,): the candidate's speed in m/s."""
