@@ -1,0 +1,60 @@
+"""A kernel in the cache is fresh only as long as everything that went into it is."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from flightapp.planning import compiled
+
+INNER = """
+from flightapp.planning.compiled import compiled
+
+GAIN = 2.0
+
+@compiled("f8(f8)")
+def inner(x):
+    return {expression}
+"""
+OUTER = """
+from flightapp.planning.compiled import compiled
+from inner_kernels import inner
+
+@compiled("f8(f8)")
+def outer(x):
+    return inner(x) + 1.0
+"""
+
+
+def load(folder: Path, name: str) -> ModuleType:
+    specification = importlib.util.spec_from_file_location(name, folder / f"{name}.py")
+    assert specification is not None
+    assert specification.loader is not None
+    module = sys.modules[name] = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+def outer_of(folder: Path, expression: str) -> ModuleType:
+    """The outer kernel as a new process would load it."""
+    (folder / "inner_kernels.py").write_text(INNER.format(expression=expression))
+    compiled.source_stamp.cache_clear()
+    compiled._file_stamp.cache_clear()
+    load(folder, "inner_kernels")
+    return load(folder, "outer_kernels")
+
+
+def test_a_changed_callee_in_another_file_is_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "inner_kernels", raising=False)
+    monkeypatch.delitem(sys.modules, "outer_kernels", raising=False)
+    (tmp_path / "outer_kernels.py").write_text(OUTER)
+    first = outer_of(tmp_path, "GAIN * x")
+    again = outer_of(tmp_path, "GAIN * x")
+    changed = outer_of(tmp_path, "GAIN * x * x")
+    assert [module.outer(3.0) for module in (first, again, changed)] == [7.0, 7.0, 19.0]
+    hits = [sum(module.outer.stats.cache_hits.values()) for module in (first, again, changed)]
+    assert hits == [0, 1, 0]
