@@ -14,6 +14,7 @@ from flightapp.core.types import Array
 from flightapp.planning.ac2f import Ac2fParameters
 from flightapp.planning.ac2f.history import sample_position, variance_m2
 from flightapp.planning.ac2f.judge import judge
+from flightapp.planning.ac2f.recollection import blank_recollection
 from flightapp.planning.ac2f.records import VIEW, blank_memory, parameter_record
 from flightapp.planning.ac2f.scene import inflate
 from flightapp.planning.ac2f.surroundings import follow_others, look
@@ -36,6 +37,7 @@ class Looker:
         self.memory, self.view = blank_memory(), np.zeros(1, VIEW)
         self.scene, self.trail = np.zeros((80, 6)), np.zeros((200, 3))
         self.history = np.zeros((30, 2))
+        self.recollection = blank_recollection()
 
     def look(
         self, own: Array, velocity: Array, members: Array, target: Array, age_s: float, discs: Array, t_s: float = 1.0
@@ -44,7 +46,7 @@ class Looker:
         team, etas = np.zeros((len(members), 4)), np.zeros(len(members))
         look(
             self.parameters, self.memory, own, velocity, 0.3, t_s, members, target[:2].copy(), target[2:].copy(), t_s - 0.1,
-            age_s, discs, t_s - 0.05, team, etas, self.scene, self.trail, self.view,
+            age_s, discs, t_s - 0.05, np.zeros((0, 2)), team, etas, self.recollection, self.scene, self.trail, self.view,
         )  # fmt: skip
         return team, etas
 

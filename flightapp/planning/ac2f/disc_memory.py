@@ -12,39 +12,20 @@ import numpy as np
 from numba import void
 
 from flightapp.core.types import Array
-from flightapp.planning.ac2f.corridor import kept_m
+from flightapp.planning.ac2f.recollection import BUCKETS, DISCS, RECOLLECTION_TYPE
 from flightapp.planning.ac2f.records import MEMORY_TYPE, NUMBER, PARAMETERS_TYPE, ROWS, TRUTH, VIEW_TYPE, WHOLE, Record
+from flightapp.planning.ac2f.scene import fill, is_near_any
 from flightapp.planning.compiled import compiled
 
-CAPACITY = 256
-COLUMNS = 6
 SIGHTINGS_MAX = 10.0
 CLEAR_S = 0.3  # looked through for this long: gone
 EDGE_RAD = 0.1  # of a sector that was not observed; the vehicle turns while the picture ages
 CELL_M = 2.0  # of the hash grid: at least twice the gate
-BUCKETS = 512
-
-
-def blank_discs() -> Array:
-    """Rows (CAPACITY, COLUMNS) for the memory of one planner."""
-    return np.zeros((CAPACITY, COLUMNS))
 
 
 @compiled("i8(f8,f8)")
 def _bucket(cell_n: float, cell_e: float) -> int:
     return (int(cell_n) * 73856093 ^ int(cell_e) * 19349663) & (BUCKETS - 1)
-
-
-@compiled(TRUTH(ROWS, WHOLE, NUMBER, NUMBER, NUMBER, NUMBER))
-def is_vehicle(trail: Array, trail_count: int, n: float, e: float, radius: float, body_m: float) -> bool:
-    """Whether a disc lies where a vehicle's centre is or was: within `body_m` of a place of `trail` (k, >=2)."""
-    reach = radius + body_m
-    for k in range(trail_count):
-        dn = n - trail[k, 0]
-        de = e - trail[k, 1]
-        if dn * dn + de * de < reach * reach:
-            return True
-    return False
 
 
 @compiled(TRUTH(ROWS, NUMBER, NUMBER, NUMBER))
@@ -75,33 +56,33 @@ def _hidden(discs: Array, own_n: float, own_e: float, n: float, e: float, radius
 
 
 @compiled(void(ROWS, MEMORY_TYPE, NUMBER))
-def _expire(rows: Array, memories: Record, oldest_s: float) -> None:
-    memory = memories[0]
+def _expire(rows: Array, memory: Record, oldest_s: float) -> None:
+    m = memory[0]
     kept = 0
-    for i in range(memory.disc_count):
+    for i in range(m.disc_count):
         if rows[i, 3] >= oldest_s:
             if kept != i:
                 rows[kept] = rows[i]
             kept += 1
-    memory.disc_count = kept
+    m.disc_count = kept
 
 
-@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, ROWS, NUMBER, ROWS, WHOLE, ROWS))
-def _take(
-    settings: Record, memories: Record, discs: Array, discs_t_s: float, trail: Array, trail_count: int, rows: Array
-) -> None:
+@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, ROWS, NUMBER, ROWS, RECOLLECTION_TYPE))
+def _take(parameters: Record, memory: Record, discs: Array, discs_t_s: float, trail: Array, recollection: Record) -> None:
     """Match each static disc with the nearest remembered one that is not matched yet, or add it."""
-    parameters = settings[0]
-    memory = memories[0]
-    gate_m = min(parameters.disc_memory_gate_m, 0.5 * CELL_M)
-    heads = np.full(BUCKETS, -1, np.int16)
-    links = np.empty(CAPACITY, np.int16)
-    for i in range(memory.disc_count):
+    p = parameters[0]
+    m = memory[0]
+    gate_m = min(p.disc_memory_gate_m, 0.5 * CELL_M)
+    rows = recollection[0].discs[:]
+    heads = recollection[0].heads[:]
+    links = recollection[0].links[:]
+    heads[:] = -1
+    for i in range(m.disc_count):
         bucket = _bucket(math.floor(rows[i, 0] / CELL_M), math.floor(rows[i, 1] / CELL_M))
         links[i] = heads[bucket]
         heads[bucket] = i
-    speed_max2 = parameters.disc_memory_speed_max_m_s**2
-    known = memory.disc_count
+    speed_max2 = p.disc_memory_speed_max_m_s**2
+    known = m.disc_count
     for d in range(discs.shape[0]):
         if discs[d, 3] * discs[d, 3] + discs[d, 4] * discs[d, 4] > speed_max2:
             continue
@@ -134,12 +115,12 @@ def _take(
             row[3] = discs_t_s
             row[4] = np.inf
             continue
-        small = discs[d, 2] <= parameters.vehicle_radius_max_m
-        if small and is_vehicle(trail, trail_count, n, e, discs[d, 2], parameters.vehicle_disc_m):
+        small = discs[d, 2] <= p.vehicle_radius_max_m
+        if small and is_near_any(trail, n, e, discs[d, 2] + p.vehicle_disc_m):
             continue
-        if memory.disc_count < CAPACITY:
-            row = rows[memory.disc_count]
-            memory.disc_count += 1
+        if m.disc_count < DISCS:
+            row = rows[m.disc_count]
+            m.disc_count += 1
         else:
             oldest = 0
             for i in range(1, known):
@@ -158,22 +139,22 @@ def _take(
 
 @compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, NUMBER, ROWS, ROWS))
 def _look_through(
-    settings: Record, memories: Record, views: Record, discs: Array, discs_t_s: float, unseen: Array, rows: Array
+    parameters: Record, memory: Record, view: Record, discs: Array, discs_t_s: float, unseen: Array, rows: Array
 ) -> None:
     """Forget what is near and in open view, and was not seen for a while."""
-    parameters = settings[0]
-    memory = memories[0]
-    own_n = views[0].own_n
-    own_e = views[0].own_e
+    p = parameters[0]
+    m = memory[0]
+    own_n = view[0].own_n
+    own_e = view[0].own_e
     kept = 0
-    for i in range(memory.disc_count):
+    for i in range(m.disc_count):
         gone = False
         if rows[i, 3] < discs_t_s:
             dn = rows[i, 0] - own_n
             de = rows[i, 1] - own_e
             distance = math.hypot(dn, de)
             radius = rows[i, 2]
-            clear = radius < distance < parameters.disc_memory_sight_m + radius
+            clear = radius < distance < p.disc_memory_sight_m + radius
             if clear and unseen.shape[0] > 0:
                 clear = _in_view(unseen, math.atan2(de, dn), math.asin(min(1.0, radius / distance)), distance)
             if clear and not _hidden(discs, own_n, own_e, rows[i, 0], rows[i, 1], radius):
@@ -185,60 +166,55 @@ def _look_through(
             if kept != i:
                 rows[kept] = rows[i]
             kept += 1
-    memory.disc_count = kept
+    m.disc_count = kept
 
 
-@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, NUMBER, ROWS, ROWS, WHOLE, ROWS))
+@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, NUMBER, ROWS, ROWS, RECOLLECTION_TYPE))
 def remember_discs(
-    settings: Record,
-    memories: Record,
-    views: Record,
+    parameters: Record,
+    memory: Record,
+    view: Record,
     discs: Array,
     discs_t_s: float,
     unseen: Array,
     trail: Array,
-    trail_count: int,
-    rows: Array,
+    recollection: Record,
 ) -> None:
-    """Bring the memory `rows` up to date with the observation `discs` (n, >=5) of `discs_t_s`.
+    """Bring the memory up to date with the observation `discs` (n, >=5) of `discs_t_s`.
 
     unseen: (u, 2) bearings not observed. trail: (k, >=2) where other vehicles are or were: no disc there is remembered. The same
     observation again changes nothing but what has expired.
     """
-    memory = memories[0]
-    if settings[0].disc_memory_s <= 0.0:
+    m = memory[0]
+    if parameters[0].disc_memory_s <= 0.0:
         return
-    _expire(rows, memories, views[0].t_s - settings[0].disc_memory_s)
-    if memory.disc_count > 0 and discs_t_s <= memory.discs_t_s:
+    rows = recollection[0].discs[:]
+    _expire(rows, memory, view[0].t_s - parameters[0].disc_memory_s)
+    if m.disc_count > 0 and discs_t_s <= m.discs_t_s:
         return
-    memory.discs_t_s = discs_t_s
-    _take(settings, memories, discs, discs_t_s, trail, trail_count, rows)
-    _look_through(settings, memories, views, discs, discs_t_s, unseen, rows)
+    m.discs_t_s = discs_t_s
+    _take(parameters, memory, discs, discs_t_s, trail, recollection)
+    _look_through(parameters, memory, view, discs, discs_t_s, unseen, rows)
 
 
-@compiled(WHOLE(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, WHOLE, ROWS, ROWS, WHOLE))
+@compiled(WHOLE(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, RECOLLECTION_TYPE, ROWS, WHOLE))
 def recall_discs(
-    settings: Record, memories: Record, views: Record, trail: Array, trail_count: int, rows: Array, scene: Array, count: int
+    parameters: Record, memory: Record, view: Record, trail: Array, recollection: Record, scene: Array, count: int
 ) -> int:
     """Add what is remembered and was not observed now to `scene` (cap, 6), from row `count`; the new number of rows."""
-    parameters = settings[0]
-    memory = memories[0]
-    for i in range(memory.disc_count):
-        if rows[i, 3] >= memory.discs_t_s or count >= scene.shape[0]:
+    p = parameters[0]
+    m = memory[0]
+    v = view[0]
+    rows = recollection[0].discs[:]
+    for i in range(m.disc_count):
+        if rows[i, 3] >= m.discs_t_s or count >= scene.shape[0]:
             continue
-        distance = math.hypot(rows[i, 0] - views[0].own_n, rows[i, 1] - views[0].own_e)
-        radius = rows[i, 2]
-        if distance - radius > parameters.obstacle_range_m:
+        north, east, radius = rows[i, 0], rows[i, 1], rows[i, 2]
+        distance = math.hypot(north - v.own_n, east - v.own_e)
+        if distance - radius > p.obstacle_range_m:
             continue
-        small = radius <= parameters.vehicle_radius_max_m
-        if small and is_vehicle(trail, trail_count, rows[i, 0], rows[i, 1], radius, parameters.vehicle_disc_m):
+        if radius <= p.vehicle_radius_max_m and is_near_any(trail, north, east, radius + p.vehicle_disc_m):
             continue
-        inflated = radius + parameters.inflation_m
-        scene[count, 0] = rows[i, 0]
-        scene[count, 1] = rows[i, 1]
-        scene[count, 2] = kept_m(rows, i, views[0].own_n, views[0].own_e, parameters.inflation_m)
-        scene[count, 3] = 0.0
-        scene[count, 4] = 0.0
-        scene[count, 5] = max(0.0, inflated - distance)
+        fill(scene[count], north, east, 0.0, 0.0, radius + p.inflation_m, distance)
         count += 1
     return count

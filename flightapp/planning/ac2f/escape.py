@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.corridor import blocking_disc
-from flightapp.planning.ac2f.grid_search import GRID_TYPE, MIDDLE, SIDE, draw_ground, free_cell, search_ground, trace_steps
+from flightapp.planning.ac2f.grid_search import MIDDLE, draw_ground, free_cell, search_ground, trace_steps
+from flightapp.planning.ac2f.recollection import CORNERS, RECOLLECTION_TYPE, SIDE
 from flightapp.planning.ac2f.records import NUMBER, ROWS, WHOLE, Record
 from flightapp.planning.compiled import compiled
 
-CORNERS = 64
 REACH = MIDDLE - 4  # cells: a goal farther off is searched at this distance
 FREE_CELLS = 6  # a goal inside a disc is moved to a free cell within so many
 
 
-def blank_way() -> Array:
-    """Rows (CORNERS, 2) for one way."""
-    return np.zeros((CORNERS, 2))
-
-
-@compiled(WHOLE(ROWS, WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, GRID_TYPE, WHOLE, ROWS))
+@compiled(WHOLE(ROWS, WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, RECOLLECTION_TYPE, WHOLE))
 def _pull(
     rows: Array,
     count: int,
@@ -33,15 +26,14 @@ def _pull(
     distance_m: float,
     margin_m: float,
     cell_m: float,
-    grids: Record,
+    recollection: Record,
     steps: int,
-    way: Array,
 ) -> int:
     """Keep of the way only the corners from which the next is not seen; its length in the grid."""
-    grid = grids[0]
+    grid = recollection[0]
     at_n = own_n
     at_e = own_e
-    grid.length_m = 0.0
+    grid.found_m = 0.0
     corners = 0
     at = -1
     while at < steps - 1 or corners == 0:
@@ -70,17 +62,17 @@ def _pull(
             else:
                 break
         at = max(seen, at + 1)
-        grid.length_m += math.hypot(next_n - at_n, next_e - at_e)
+        grid.found_m += math.hypot(next_n - at_n, next_e - at_e)
         if corners < CORNERS:
-            way[corners, 0] = next_n
-            way[corners, 1] = next_e
+            grid.found[corners, 0] = next_n
+            grid.found[corners, 1] = next_e
             corners += 1
         at_n = next_n
         at_e = next_e
     return corners
 
 
-@compiled(WHOLE(ROWS, WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, GRID_TYPE, ROWS))
+@compiled(WHOLE(ROWS, WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, RECOLLECTION_TYPE))
 def find_way(
     rows: Array,
     count: int,
@@ -91,16 +83,15 @@ def find_way(
     distance_m: float,
     margin_m: float,
     cell_m: float,
-    grids: Record,
-    way: Array,
+    recollection: Record,
 ) -> int:
-    """Corners of the shortest way own -> goal that keeps `distance_m` from the discs `rows`, into `way` (CORNERS, 2).
+    """Corners of the shortest way own -> goal that keeps `distance_m` from the discs `rows`, into `found`.
 
     Returns their number, the last being the goal, or where it leads if the goal is too far off or inside a disc; 0 without a
-    way. grid: length_m of the way and straight_m to its end.
+    way. found_m is its length, straight_m the distance of its end.
     """
-    grid = grids[0]
-    draw_ground(rows, count, own_n, own_e, distance_m, margin_m, cell_m, grids)
+    grid = recollection[0]
+    draw_ground(rows, count, own_n, own_e, distance_m, margin_m, cell_m, recollection)
     off_n = goal_n - own_n
     off_e = goal_e - own_e
     far = max(abs(off_n), abs(off_e))
@@ -108,14 +99,14 @@ def find_way(
     end_n = own_n + share * off_n
     end_e = own_e + share * off_e
     cell = math.floor((end_n - grid.low_n) / cell_m) * SIDE + math.floor((end_e - grid.low_e) / cell_m)
-    goal = free_cell(grids, cell, FREE_CELLS)
-    if goal < 0 or search_ground(grids, goal) < 0:
+    goal = free_cell(recollection, cell, FREE_CELLS)
+    if goal < 0 or search_ground(recollection, goal) < 0:
         return 0
-    steps = trace_steps(grids, goal)
+    steps = trace_steps(recollection, goal)
     if steps < 0:
         return 0
     if goal != cell:
         end_n = grid.low_n + (goal // SIDE + 0.5) * cell_m
         end_e = grid.low_e + (goal % SIDE + 0.5) * cell_m
     grid.straight_m = math.hypot(end_n - own_n, end_e - own_e)
-    return _pull(rows, count, own_n, own_e, end_n, end_e, distance_m, margin_m, cell_m, grids, steps, way)
+    return _pull(rows, count, own_n, own_e, end_n, end_e, distance_m, margin_m, cell_m, recollection, steps)

@@ -2,67 +2,38 @@
 
 Cells are aligned with the mission frame, so that the same discs give the same cells from everywhere. Costs are whole numbers:
 12 a straight and 17 a diagonal step (0.2 % more than sqrt(2)), half as much again close to a disc. The open list is an array of
-stacks, one for each total cost, used as a ring, because one step never adds more to the total cost than `RING`.
+stacks, one for each total cost, used as a ring, because one step adds at most 26 + 17, less than `RING`, to the total cost.
 """
 
 from __future__ import annotations
 
 import math
 
-import numba
-import numpy as np
 from numba import void
 
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.corridor import kept_m
+from flightapp.planning.ac2f.recollection import CELLS, OPEN, RECOLLECTION_TYPE, RING, SIDE, STEPS
 from flightapp.planning.ac2f.records import NUMBER, ROWS, WHOLE, Record
 from flightapp.planning.compiled import compiled
 
-SIDE = 128
-CELLS = SIDE * SIDE
 MIDDLE = SIDE // 2
 START = MIDDLE * SIDE + MIDDLE
 STRAIGHT, DIAGONAL = 12, 17
 STRAIGHT_CLOSE, DIAGONAL_CLOSE = 18, 26
-RING = 64  # more than 26 + 17, the largest rise of the total cost in one step
-OPEN = 4 * CELLS
-STEPS = 1024  # longest way in cells
 FREE, CLOSE, SOLID, DONE = 0, 1, 2, 4
 UNREACHED = 2**30
 
-GRID = np.dtype(
-    [
-        ("ground", "u1", (CELLS,)),
-        ("cost", "i4", (CELLS,)),
-        ("came", "i4", (CELLS,)),
-        ("heads", "i4", (RING,)),
-        ("open_cell", "i4", (OPEN,)),
-        ("open_next", "i4", (OPEN,)),
-        ("steps", "i4", (STEPS,)),  # cells of the way found
-        ("low_n", "f8"),  # south-west corner
-        ("low_e", "f8"),
-        ("length_m", "f8"),  # of the way found, pulled tight
-        ("straight_m", "f8"),  # to where it leads
-    ],
-    align=True,
-)
-GRID_TYPE = numba.types.Array(numba.from_dtype(GRID), 1, "C")
 
-
-def blank_grid() -> Record:
-    """Room (1,) for one search at a time."""
-    return np.zeros(1, GRID)
-
-
-@compiled(void(ROWS, WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, GRID_TYPE))
+@compiled(void(ROWS, WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, RECOLLECTION_TYPE))
 def draw_ground(
-    rows: Array, count: int, own_n: float, own_e: float, distance_m: float, margin_m: float, cell_m: float, grids: Record
+    rows: Array, count: int, own_n: float, own_e: float, distance_m: float, margin_m: float, cell_m: float, recollection: Record
 ) -> None:
     """Fill the grid around the own position: solid, close to a disc, or free.
 
     Solid so far around a disc that no straight line between neighbouring cells that are not comes nearer than `distance_m`.
     """
-    grid = grids[0]
+    grid = recollection[0]
     ground = grid.ground
     grid.low_n = (math.floor(own_n / cell_m) - MIDDLE) * cell_m
     grid.low_e = (math.floor(own_e / cell_m) - MIDDLE) * cell_m
@@ -99,14 +70,14 @@ def _least_cost(n: int, e: int, goal_n: int, goal_e: int) -> int:
     return STRAIGHT * max(dn, de) + (DIAGONAL - STRAIGHT) * min(dn, de)
 
 
-@compiled(WHOLE(GRID_TYPE, WHOLE))
-def search_ground(grids: Record, goal: int) -> int:
+@compiled(WHOLE(RECOLLECTION_TYPE, WHOLE))
+def search_ground(recollection: Record, goal: int) -> int:
     """Cost of the cheapest way from the middle of the grid to the cell `goal`, whose steps are left in `came`; -1: none."""
-    grid = grids[0]
+    grid = recollection[0]
     ground = grid.ground
     cost = grid.cost
     came = grid.came
-    heads = grid.heads
+    ring = grid.ring
     open_cell = grid.open_cell
     open_next = grid.open_next
     goal_n = goal // SIDE
@@ -114,21 +85,21 @@ def search_ground(grids: Record, goal: int) -> int:
     for c in range(CELLS):
         cost[c] = UNREACHED
     for k in range(RING):
-        heads[k] = -1
+        ring[k] = -1
     cost[START] = 0
     came[START] = START
     total = _least_cost(MIDDLE, MIDDLE, goal_n, goal_e)
-    heads[total % RING] = 0
+    ring[total % RING] = 0
     open_cell[0] = START
     open_next[0] = -1
     used = 1
     waiting = 1
     while waiting > 0:
-        entry = heads[total % RING]
+        entry = ring[total % RING]
         if entry < 0:
             total += 1
             continue
-        heads[total % RING] = open_next[entry]
+        ring[total % RING] = open_next[entry]
         waiting -= 1
         c = open_cell[entry]
         if ground[c] & DONE:
@@ -156,19 +127,19 @@ def search_ground(grids: Record, goal: int) -> int:
                 came[other] = c
                 bucket = (there + _least_cost(cn + dn, ce + de, goal_n, goal_e)) % RING
                 open_cell[used] = other
-                open_next[used] = heads[bucket]
-                heads[bucket] = used
+                open_next[used] = ring[bucket]
+                ring[bucket] = used
                 used += 1
                 waiting += 1
     found: int = cost[goal] if ground[goal] & DONE else -1
     return found
 
 
-@compiled(WHOLE(GRID_TYPE, WHOLE))
-def trace_steps(grids: Record, goal: int) -> int:
+@compiled(WHOLE(RECOLLECTION_TYPE, WHOLE))
+def trace_steps(recollection: Record, goal: int) -> int:
     """Cells of the way into `steps`, from the one after the start to `goal`; their number, -1 where they are too many."""
-    came = grids[0].came
-    steps = grids[0].steps
+    came = recollection[0].came
+    steps = recollection[0].steps
     count = 0
     c = goal
     while came[c] != c:
@@ -184,10 +155,10 @@ def trace_steps(grids: Record, goal: int) -> int:
     return count
 
 
-@compiled(WHOLE(GRID_TYPE, WHOLE, WHOLE))
-def free_cell(grids: Record, cell: int, reach: int) -> int:
+@compiled(WHOLE(RECOLLECTION_TYPE, WHOLE, WHOLE))
+def free_cell(recollection: Record, cell: int, reach: int) -> int:
     """The cell that is not solid nearest to `cell`, within `reach` cells; -1: none."""
-    ground = grids[0].ground
+    ground = recollection[0].ground
     if not ground[cell] & SOLID:
         return cell
     best = -1

@@ -15,7 +15,7 @@ from numba import void
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.corridor import blocking_disc, is_in_group
 from flightapp.planning.ac2f.escape import find_way
-from flightapp.planning.ac2f.grid_search import GRID_TYPE
+from flightapp.planning.ac2f.recollection import RECOLLECTION_TYPE
 from flightapp.planning.ac2f.records import (
     INTENT_TYPE,
     MEMORY_TYPE,
@@ -40,11 +40,11 @@ TOUCH_M = 0.05  # a way that touches a disc by less is not barred: discs are see
 
 @compiled(NUMBER(ROWS, WHOLE, VIEW_TYPE, NUMBER, NUMBER, ROWS, WHOLE, WHOLE, NUMBER))
 def _rest_m(
-    rows: Array, count: int, views: Record, goal_n: float, goal_e: float, way: Array, corners: int, corner: int, keep_m: float
+    rows: Array, count: int, view: Record, goal_n: float, goal_e: float, way: Array, corners: int, corner: int, keep_m: float
 ) -> float:
     """Length of the way from the own position over the corners from `corner` on to the goal; inf where discs bar it."""
-    own_n = views[0].own_n
-    own_e = views[0].own_e
+    own_n = view[0].own_n
+    own_e = view[0].own_e
     n = own_n
     e = own_e
     length = 0.0
@@ -60,133 +60,133 @@ def _rest_m(
     return length
 
 
-@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, NUMBER, NUMBER, ROWS, ROWS, ROWS, GRID_TYPE))
+@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, NUMBER, NUMBER, RECOLLECTION_TYPE))
 def _renew(
-    settings: Record,
-    memories: Record,
-    views: Record,
+    parameters: Record,
+    memory: Record,
+    view: Record,
     goal_n: float,
     goal_e: float,
-    rows: Array,
-    way: Array,
-    found: Array,
-    grids: Record,
+    recollection: Record,
 ) -> None:
     """Search a way; begin, go on with the old or a new one, or end."""
-    parameters = settings[0]
-    memory = memories[0]
-    view = views[0]
-    count = memory.disc_count
-    memory.guidance_next_s = view.t_s + parameters.guidance_period_s
+    p = parameters[0]
+    m = memory[0]
+    v = view[0]
+    room = recollection[0]
+    rows = room.discs[:]
+    way = room.way[:]
+    found = room.found[:]
+    count = m.disc_count
+    m.guidance_next_s = v.t_s + p.guidance_period_s
     corners = find_way(
         rows,
         count,
-        view.own_n,
-        view.own_e,
+        v.own_n,
+        v.own_e,
         goal_n,
         goal_e,
-        parameters.inflation_m,
-        parameters.guidance_margin_m,
-        parameters.guidance_cell_m,
-        grids,
-        found,
+        p.inflation_m,
+        p.guidance_margin_m,
+        p.guidance_cell_m,
+        recollection,
     )
     if corners == 0:
-        memory.guided = 0
-        memory.guidance_next_s = view.t_s + parameters.guidance_pause_s
+        m.guided = 0
+        m.guidance_next_s = v.t_s + p.guidance_pause_s
         return
-    least = parameters.guidance_detour_m
-    if memory.guided or memory.trapped:
+    least = p.guidance_detour_m
+    if m.guided or m.trapped:
         least *= ENDED_SHARE
-    length = grids[0].length_m
-    if length - grids[0].straight_m < least:
-        memory.guided = 0
+    length = room.found_m
+    if length - room.straight_m < least:
+        m.guided = 0
         return
-    if memory.guided:
-        keep_m = parameters.inflation_m - TOUCH_M
+    if m.guided:
+        keep_m = p.inflation_m - TOUCH_M
         to_n = found[corners - 1, 0]
         to_e = found[corners - 1, 1]
-        rest = _rest_m(rows, count, views, to_n, to_e, way, memory.way_count, memory.way_next, keep_m)
+        rest = _rest_m(rows, count, view, to_n, to_e, way, m.way_count, m.way_next, keep_m)
         if length > min(KEPT_SHARE * rest, rest - KEPT_M):
-            way[memory.way_count - 1, 0] = to_n
-            way[memory.way_count - 1, 1] = to_e
+            way[m.way_count - 1, 0] = to_n
+            way[m.way_count - 1, 1] = to_e
             return
     else:
-        memory.guided = 1
-        memory.guided_since_s = view.t_s
-        memory.guidance_free_s = np.inf
-    memory.way_count = corners
-    memory.way_next = 0
+        m.guided = 1
+        m.guided_since_s = v.t_s
+        m.guidance_free_s = np.inf
+    m.way_count = corners
+    m.way_next = 0
     way[:corners] = found[:corners]
 
 
 @compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, TRUTH, ROWS, ROWS))
-def _go_on(settings: Record, memories: Record, views: Record, free: bool, rows: Array, way: Array) -> None:
+def _go_on(parameters: Record, memory: Record, view: Record, free: bool, rows: Array, way: Array) -> None:
     """The next corner once it is in sight or this one is reached; the end once the straight way is free or the time is over."""
-    parameters = settings[0]
-    memory = memories[0]
-    view = views[0]
-    if view.t_s - memory.guided_since_s > parameters.guidance_time_max_s:
-        memory.guided = 0
-        memory.guidance_next_s = view.t_s + parameters.guidance_pause_s
+    p = parameters[0]
+    m = memory[0]
+    v = view[0]
+    if v.t_s - m.guided_since_s > p.guidance_time_max_s:
+        m.guided = 0
+        m.guidance_next_s = v.t_s + p.guidance_pause_s
         return
-    memory.guidance_free_s = min(memory.guidance_free_s, view.t_s) if free else np.inf
-    if view.t_s - memory.guidance_free_s >= FREE_S:
-        memory.guided = 0
+    m.guidance_free_s = min(m.guidance_free_s, v.t_s) if free else np.inf
+    if v.t_s - m.guidance_free_s >= FREE_S:
+        m.guided = 0
         return
-    own_n = view.own_n
-    own_e = view.own_e
-    keep_m = parameters.inflation_m + 0.5 * parameters.guidance_margin_m
-    while memory.way_next < memory.way_count - 1:
-        k = memory.way_next
+    own_n = v.own_n
+    own_e = v.own_e
+    keep_m = p.inflation_m + 0.5 * p.guidance_margin_m
+    while m.way_next < m.way_count - 1:
+        k = m.way_next
         reached = math.hypot(way[k, 0] - own_n, way[k, 1] - own_e) < REACHED_M
         n = way[k + 1, 0]
         e = way[k + 1, 1]
-        if not reached and blocking_disc(rows, memory.disc_count, own_n, own_e, own_n, own_e, n, e, keep_m) >= 0:
+        if not reached and blocking_disc(rows, m.disc_count, own_n, own_e, own_n, own_e, n, e, keep_m) >= 0:
             break
-        memory.way_next += 1
-    k = memory.way_next
-    keep_m = parameters.inflation_m - TOUCH_M
-    if blocking_disc(rows, memory.disc_count, own_n, own_e, own_n, own_e, way[k, 0], way[k, 1], keep_m) >= 0:
-        memory.guidance_next_s = min(memory.guidance_next_s, view.t_s + RENEW_S)
+        m.way_next += 1
+    k = m.way_next
+    keep_m = p.inflation_m - TOUCH_M
+    if blocking_disc(rows, m.disc_count, own_n, own_e, own_n, own_e, way[k, 0], way[k, 1], keep_m) >= 0:
+        m.guidance_next_s = min(m.guidance_next_s, v.t_s + RENEW_S)
 
 
-@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, INTENT_TYPE, ROWS, ROWS, ROWS, GRID_TYPE))
-def guide(
-    settings: Record, memories: Record, views: Record, intents: Record, rows: Array, way: Array, found: Array, grids: Record
-) -> None:
-    """Where the straight way to the goal of `intents` is a trap, put the guidance point in its place, at full speed.
+@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, INTENT_TYPE, RECOLLECTION_TYPE))
+def guide(parameters: Record, memory: Record, view: Record, intent: Record, recollection: Record) -> None:
+    """Where the straight way to the goal of `intent` is a trap, put the guidance point in its place, at full speed.
 
-    rows: the disc memory. way: (CORNERS, 2), what is flown. found: the same, room for the search. memory: guided, way_next.
+    The disc memory and the way that is flown are in `recollection`; m.way_next is the corner of the guidance point.
     """
-    parameters = settings[0]
-    memory = memories[0]
-    view = views[0]
-    intent = intents[0]
-    if not parameters.guidance:
+    p = parameters[0]
+    m = memory[0]
+    v = view[0]
+    i = intent[0]
+    rows = recollection[0].discs[:]
+    way = recollection[0].way[:]
+    if not p.guidance:
         return
-    own_n = view.own_n
-    own_e = view.own_e
-    goal_n = intent.goal_n
-    goal_e = intent.goal_e
-    keep_m = parameters.inflation_m + (0.5 * parameters.guidance_margin_m if memory.guided else 0.0)
-    first = blocking_disc(rows, memory.disc_count, own_n, own_e, own_n, own_e, goal_n, goal_e, keep_m)
-    if memory.guided:
-        _go_on(settings, memories, views, first < 0, rows, way)
-        if memory.guided and view.t_s >= memory.guidance_next_s:
-            _renew(settings, memories, views, goal_n, goal_e, rows, way, found, grids)
-    elif first >= 0 and view.t_s >= memory.guidance_next_s:
-        if is_in_group(rows, memory.disc_count, first, parameters.inflation_m, parameters.guidance_group_m):
-            _renew(settings, memories, views, goal_n, goal_e, rows, way, found, grids)
+    own_n = v.own_n
+    own_e = v.own_e
+    goal_n = i.goal_n
+    goal_e = i.goal_e
+    keep_m = p.inflation_m + (0.5 * p.guidance_margin_m if m.guided else 0.0)
+    first = blocking_disc(rows, m.disc_count, own_n, own_e, own_n, own_e, goal_n, goal_e, keep_m)
+    if m.guided:
+        _go_on(parameters, memory, view, first < 0, rows, way)
+        if m.guided and v.t_s >= m.guidance_next_s:
+            _renew(parameters, memory, view, goal_n, goal_e, recollection)
+    elif first >= 0 and v.t_s >= m.guidance_next_s:
+        if is_in_group(rows, m.disc_count, first, p.inflation_m, p.guidance_group_m):
+            _renew(parameters, memory, view, goal_n, goal_e, recollection)
         else:
-            memory.guidance_next_s = view.t_s + RENEW_S
-    if not memory.guided:
+            m.guidance_next_s = v.t_s + RENEW_S
+    if not m.guided:
         return
-    n = way[memory.way_next, 0]
-    e = way[memory.way_next, 1]
+    n = way[m.way_next, 0]
+    e = way[m.way_next, 1]
     distance = math.hypot(n - own_n, e - own_e)
-    intent.goal_n = n
-    intent.goal_e = e
+    i.goal_n = n
+    i.goal_e = e
     if distance > 0.0:
-        intent.velocity_n = parameters.speed_max_m_s * (n - own_n) / distance
-        intent.velocity_e = parameters.speed_max_m_s * (e - own_e) / distance
+        i.velocity_n = p.speed_max_m_s * (n - own_n) / distance
+        i.velocity_e = p.speed_max_m_s * (e - own_e) / distance

@@ -12,6 +12,7 @@ from flightapp.planning.ac2f import evaluation
 from flightapp.planning.ac2f.apollonius_kernel import HALF_PLANE, REGION_COLUMNS
 from flightapp.planning.ac2f.edge import NO_EDGE, Edge
 from flightapp.planning.ac2f.parameters import Ac2fParameters
+from flightapp.planning.ac2f.recollection import DISCS, blank_recollection
 from flightapp.planning.ac2f.records import ACTION, REPORT, blank_memory, parameter_record
 from flightapp.planning.ac2f.scene import SCENE_COLUMNS
 from flightapp.planning.ac2f.stage import NO_CHANGE, STAGES, sentences
@@ -39,6 +40,7 @@ class Ac2fPlanner:
         """Forget everything."""
         del seed
         self._memory = blank_memory()
+        self._recollection = blank_recollection()
         self._action["searched"] = 0
         self._edge = NO_EDGE
         self._members = np.zeros((0, MEMBER_COLUMNS))
@@ -77,6 +79,7 @@ class Ac2fPlanner:
             self._trail,
             self._scene,
             self._regions,
+            self._recollection,
             self._positions,
             self._rows,
             self._scores,
@@ -104,13 +107,13 @@ class Ac2fPlanner:
             missing = self._trail_samples * (teammates + 1) - len(self._trail)
             if missing > 0:
                 self._trail = np.concatenate((self._trail, np.zeros((missing, TRAIL_COLUMNS))))
-        if discs + teammates + 1 > len(self._scene):
-            self._scene = np.zeros((2 * (discs + teammates + 1), SCENE_COLUMNS))
+        if discs + DISCS + teammates + 1 > len(self._scene):
+            self._scene = np.zeros((2 * discs + DISCS + teammates + 1, SCENE_COLUMNS))
 
     def _decision(self) -> Decision:
         (
             north, east, yaw_rad, stage, reason, has_goal, goal_n, goal_e, target_known, distance_m, closest_m, clearance_m,
-            surrounded, captured, memory_weight, searched, pursuers, eta_s, contested, point_n, point_e,
+            surrounded, captured, memory_weight, searched, guided, pursuers, eta_s, contested, point_n, point_e,
         ) = self._report.item()  # fmt: skip
         mode = STAGES[stage]
         diagnostics: dict[str, object] = {
@@ -124,6 +127,7 @@ class Ac2fPlanner:
             "encircled": surrounded,
             "captured": captured,
             "memory_weight": memory_weight,
+            "guidance": "guided around a trap" if guided else "",
         }
         if searched:
             diagnostics.update(evaluation.summary(self._action))

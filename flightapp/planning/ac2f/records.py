@@ -164,6 +164,7 @@ REPORT_FIELDS = [
     ("captured", "?"),
     ("memory_weight", "f8"),
     ("searched", "?"),  # the dynamic window was searched
+    ("guided", "?"),  # the goal is a guidance point
     ("pursuer_count", "i8"),  # of the game; 0: it was not solved in this step, and the rest is not valid
     ("eta_s", "f8"),
     ("contested", "?"),
@@ -222,6 +223,7 @@ def blank_memory() -> Record:
     memory["history_next_s"] = -np.inf
     memory["trail_next_s"] = -np.inf
     memory["dwell_since_s"] = np.nan
+    memory["guidance_next_s"] = -np.inf
     return memory
 
 

@@ -17,7 +17,7 @@ SCENE_COLUMNS = 6
 
 
 @compiled("void(f8[::1],f8,f8,f8,f8,f8,f8)")
-def _fill(row: Array, north: float, east: float, v_north: float, v_east: float, keep_m: float, distance_m: float) -> None:
+def fill(row: Array, north: float, east: float, v_north: float, v_east: float, keep_m: float, distance_m: float) -> None:
     """Fill `row` (6,) with a disc of radius `keep_m`, whose centre is `distance_m` away from the vehicle."""
     row[0] = north
     row[1] = east
@@ -40,7 +40,7 @@ def _bounds(places: Array) -> tuple[float, float, float, float]:
 
 
 @compiled("b1(f8[:,::1],f8,f8,f8)")
-def _is_near_any(places: Array, north: float, east: float, reach_m: float) -> bool:
+def is_near_any(places: Array, north: float, east: float, reach_m: float) -> bool:
     """Whether (north, east) is within `reach_m` of one of `places` (k, >=2)."""
     for k in range(places.shape[0]):
         dn = north - places[k, 0]
@@ -80,9 +80,9 @@ def inflate(
             continue
         reach = radius + body_m
         between = north_min - reach <= north <= north_max + reach and east_min - reach <= east <= east_max + reach
-        if between and radius <= body_radius_max_m and _is_near_any(trail, north, east, reach):
+        if between and radius <= body_radius_max_m and is_near_any(trail, north, east, reach):
             continue
-        _fill(out[count], north, east, discs[i, 3], discs[i, 4], radius + inflation_m, distance)
+        fill(out[count], north, east, discs[i, 3], discs[i, 4], radius + inflation_m, distance)
         count += 1
     return count
 
@@ -93,7 +93,7 @@ def add_vehicle(scene: Array, count: int, vehicle: Array, own_n: float, own_e: f
     distance = math.hypot(vehicle[0] - own_n, vehicle[1] - own_e)
     if distance - keep_m > range_m:
         return count
-    _fill(scene[count], vehicle[0], vehicle[1], vehicle[2], vehicle[3], keep_m, distance)
+    fill(scene[count], vehicle[0], vehicle[1], vehicle[2], vehicle[3], keep_m, distance)
     return count + 1
 
 

@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.bearing import wrapped_rad
 from flightapp.planning.ac2f.fine import VERDICTS_TYPE, fine
+from flightapp.planning.ac2f.guidance import guide
 from flightapp.planning.ac2f.history import sample_position
 from flightapp.planning.ac2f.judge import judge
 from flightapp.planning.ac2f.pursuit import intend, velocity_to
 from flightapp.planning.ac2f.reactive import hold, react, search
+from flightapp.planning.ac2f.recollection import RECOLLECTION_TYPE
 from flightapp.planning.ac2f.records import (
     ACTION_TYPE,
     INTENT,
@@ -68,6 +70,7 @@ def _tell(parameters: Record, memory: Record, view: Record, intent: Record, acti
     r.captured = m.captured != 0
     r.memory_weight = parameters[0].memory_weight if m.trapped else 0.0
     r.searched = a.searched != 0
+    r.guided = m.guided != 0 and i.known != 0
     r.pursuer_count = v.team_count + 1 if i.known else 0
     r.eta_s = i.eta_s
     r.contested = i.contested != 0
@@ -78,7 +81,7 @@ def _tell(parameters: Record, memory: Record, view: Record, intent: Record, acti
 @compiled(
     void(
         PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, ROWS, VECTOR, ROWS, ROWS, TRUTH, ROWS, ROWS,
-        POSITIONS_TYPE, ROWS, ROWS, VERDICTS_TYPE, INTENT_TYPE, ACTION_TYPE,
+        RECOLLECTION_TYPE, POSITIONS_TYPE, ROWS, ROWS, VERDICTS_TYPE, INTENT_TYPE, ACTION_TYPE,
     )
 )  # fmt: skip
 def _act(
@@ -93,6 +96,7 @@ def _act(
     closed: bool,
     history: Array,
     regions: Array,
+    recollection: Record,
     positions: Array,
     rows: Array,
     scores: Array,
@@ -112,7 +116,7 @@ def _act(
     count = team.shape[0] + 1
     pursuers, active, goals = np.empty((count, 2)), np.empty(count), np.empty((count, 2))
     intend(parameters, memory, view, team, etas, scene, sides, closed, pursuers, regions, active, goals, intent)
-    # here the intent is complete, and not yet used: what changes the goal on the way there belongs here
+    guide(parameters, memory, view, intent, recollection)
     if m.stage == FINE and v.depth_m < p.leave_first_m:
         past = history[: m.history_count]
         fine(parameters, memory, view, intent, scene, unseen, past, workspace_of(positions, rows, scores, verdicts), action)
@@ -126,7 +130,8 @@ def _act(
 @compiled(
     void(
         PARAMETERS_TYPE, MEMORY_TYPE, VECTOR, VECTOR, NUMBER, NUMBER, ROWS, VECTOR, VECTOR, NUMBER, NUMBER, ROWS, NUMBER, ROWS,
-        ROWS, TRUTH, ROWS, ROWS, ROWS, ROWS, POSITIONS_TYPE, ROWS, ROWS, VERDICTS_TYPE, ACTION_TYPE, REPORT_TYPE,
+        ROWS, TRUTH, ROWS, ROWS, ROWS, ROWS, RECOLLECTION_TYPE, POSITIONS_TYPE, ROWS, ROWS, VERDICTS_TYPE, ACTION_TYPE,
+        REPORT_TYPE,
     )
 )  # fmt: skip
 def step(
@@ -150,6 +155,7 @@ def step(
     trail: Array,
     scene: Array,
     regions: Array,
+    recollection: Record,
     positions: Array,
     rows: Array,
     scores: Array,
@@ -160,21 +166,21 @@ def step(
     """One decision from one observation: fills `report`, and where the dynamic window was searched `action`.
 
     Observed, as in `look`: own_position to discs_t_s; unseen (u, 2) rad; the boundary's sides (s, 4) m, closed or not. State:
-    memory, history (samples, 2), trail (c, 3). Room: scene (>= discs + members + 1, 6), regions (members + 1, 6) for the game,
-    and the four of `workspace_arrays`.
+    memory, history (samples, 2), trail (c, 3), recollection. Room: scene (>= discs + DISCS + members + 1, 6), regions
+    (members + 1, 6) for the game, and the four of `workspace_arrays`.
     """
     count = members.shape[0]
     view, intent = np.zeros(1, VIEW), np.zeros(1, INTENT)
     team, etas = np.empty((count, 4)), np.empty(count)
     look(
         parameters, memory, own_position, own_velocity, own_yaw_rad, t_s, members, target_position, target_velocity, target_t_s,
-        target_age_s, discs, discs_t_s, team, etas, scene, trail, view,
+        target_age_s, discs, discs_t_s, unseen, team, etas, recollection, scene, trail, view,
     )  # fmt: skip
     fresh = team[: view[0].team_count]
     reason = judge(parameters, memory, view, fresh, history, sides)
     _act(
-        parameters, memory, view, scene, fresh, etas, unseen, sides, closed, history, regions, positions, rows, scores, verdicts,
-        intent, action,
+        parameters, memory, view, scene, fresh, etas, unseen, sides, closed, history, regions, recollection, positions, rows,
+        scores, verdicts, intent, action,
     )  # fmt: skip
     _remember(parameters, memory, view, action, history)
     _tell(parameters, memory, view, intent, action, reason, report)

@@ -8,8 +8,10 @@ import numpy as np
 from numba import void
 
 from flightapp.core.types import Array
+from flightapp.planning.ac2f.disc_memory import recall_discs, remember_discs
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.pursuit import team_distance_m
+from flightapp.planning.ac2f.recollection import RECOLLECTION_TYPE
 from flightapp.planning.ac2f.records import (
     MEMORY_TYPE,
     NUMBER,
@@ -125,14 +127,23 @@ def follow_others(parameters: Record, memory: Record, view: Record, team: Array,
     return int(_write_present(view, team, trail, m.trail_count))
 
 
-@compiled(void(PARAMETERS_TYPE, ROWS, NUMBER, ROWS, ROWS, ROWS, VIEW_TYPE))
+@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, ROWS, NUMBER, ROWS, ROWS, RECOLLECTION_TYPE, ROWS, VIEW_TYPE))
 def _build_scene(
-    parameters: Record, discs: Array, discs_t_s: float, places: Array, team: Array, scene: Array, view: Record
+    parameters: Record,
+    memory: Record,
+    discs: Array,
+    discs_t_s: float,
+    places: Array,
+    team: Array,
+    recollection: Record,
+    scene: Array,
+    view: Record,
 ) -> None:
     p, v = parameters[0], view[0]
     age_s = max(0.0, v.t_s - discs_t_s)
     body_m, body_max_m = p.vehicle_disc_m, p.vehicle_radius_max_m
     count = inflate(discs, v.own_n, v.own_e, age_s, p.inflation_m, p.obstacle_range_m, places, body_m, body_max_m, scene)
+    count = recall_discs(parameters, memory, view, places, recollection, scene, count)
     v.obstacle_count = count
     separation = team_distance_m(parameters, v.team_count + 1)
     for i in range(v.team_count):
@@ -148,7 +159,7 @@ def _build_scene(
 @compiled(
     void(
         PARAMETERS_TYPE, MEMORY_TYPE, VECTOR, VECTOR, NUMBER, NUMBER, ROWS, VECTOR, VECTOR, NUMBER, NUMBER, ROWS, NUMBER,
-        ROWS, VECTOR, ROWS, ROWS, VIEW_TYPE,
+        ROWS, ROWS, VECTOR, RECOLLECTION_TYPE, ROWS, ROWS, VIEW_TYPE,
     )
 )  # fmt: skip
 def look(
@@ -165,16 +176,18 @@ def look(
     target_age_s: float,
     discs: Array,
     discs_t_s: float,
+    unseen: Array,
     team: Array,
     etas: Array,
+    recollection: Record,
     scene: Array,
     trail: Array,
     view: Record,
 ) -> None:
-    """Fill `view`, team (k, 4), etas (k,), scene (>= n + k + 1, 6) and `trail` from what was observed at `t_s`.
+    """Fill `view`, team (k, 4), etas (k,), scene (>= n + DISCS + k + 1, 6), `trail` and `recollection` from what was observed.
 
     own_position, own_velocity, target_position, target_velocity: (2 or 3,) NED. members: (k, MEMBER_COLUMNS). target_age_s: NaN
-    without a target. discs: (n, >=5), true at `discs_t_s`.
+    without a target. discs: (n, >=5), true at `discs_t_s`; unseen: (u, 2) rad.
     """
     view[0].t_s = t_s
     view[0].own_yaw_rad = own_yaw_rad
@@ -182,4 +195,6 @@ def look(
     _look_at_team(parameters, members, team, etas, view)
     _look_at_target(parameters, target_position, target_velocity, target_t_s, target_age_s, view)
     known = follow_others(parameters, memory, view, team, trail)
-    _build_scene(parameters, discs, discs_t_s, trail[:known], team, scene, view)
+    places = trail[:known]
+    remember_discs(parameters, memory, view, discs, discs_t_s, unseen, places, recollection)
+    _build_scene(parameters, memory, discs, discs_t_s, places, team, recollection, scene, view)
