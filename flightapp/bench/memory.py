@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flightapp.bench.situation import COARSE_DISTANCE_M, FINE_DISTANCE_M, circling, observation, straight
+from flightapp.bench.situation import far, near
 from flightapp.core.types import Limits
 from flightapp.planning import make_planner
 
@@ -41,16 +41,14 @@ class MemoryUse:
 
 
 def memory_use(limits: Limits, steps: int) -> MemoryUse:
-    """Step one planner `steps` times through changing situations, all with new obstacles."""
+    """Step one planner `steps` times through changing situations."""
     planner = make_planner("ac2f", limits=limits, parameters={"oscillation_variance_m2": CONFINED_M2})
     every = max(1, steps // SAMPLES)
     modes: dict[str, int] = {}
     taken, resident = [], []
     before = resident_mib()
     for k in range(steps):
-        near = k // LEG % 2 == 1
-        own = circling(k) if near else straight(k)
-        mode = planner.step(observation(own, k, FINE_DISTANCE_M if near else COARSE_DISTANCE_M)).mode
+        mode = planner.step(near(k) if k // LEG % 2 else far(k)).mode
         modes[mode] = modes.get(mode, 0) + 1
         if k % every == 0 and k >= WARM_UP_SHARE * steps:
             taken.append(k)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from flightapp.bench.measurement import Measurement, Work, measure
-from flightapp.bench.situation import COARSE_DISTANCE_M, DISCS, observation, straight
+from flightapp.bench.situation import DISCS, far
 from flightapp.core.types import Limits, Observation
 from flightapp.planning.plane import limited, planar
 
@@ -27,11 +27,8 @@ def orca_measurements(limits: Limits, seconds: float) -> list[Measurement] | Non
         return None
     own = _simulator(pyrvo, limits)
 
-    def prepared(k: int) -> Observation:
-        return observation(straight(k), k, COARSE_DISTANCE_M)
-
     def told(k: int) -> None:
-        _tell(own, prepared(k), limits)
+        _tell(own, far(k), limits)
 
     def step(_: None) -> None:
         own.do_step()
@@ -45,7 +42,7 @@ def orca_measurements(limits: Limits, seconds: float) -> list[Measurement] | Non
     neighbours = own.get_agent_num_agent_neighbors(0)
     if neighbours != DISCS:
         raise RuntimeError(f"ORCA saw {neighbours} neighbours instead of {DISCS}: this would measure something else")
-    return [alone, measure(Work(ORCA_DECISION, prepared, decide), seconds / 2)]
+    return [alone, measure(Work(ORCA_DECISION, far, decide), seconds / 2)]
 
 
 def _simulator(pyrvo: Any, limits: Limits) -> Any:

@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 from flightapp.bench.measurement import Measurement, Work, measure
-from flightapp.bench.situation import observation, straight
+from flightapp.bench.situation import far
 from flightapp.core.clock import SystemClock
 from flightapp.core.types import Decision, Limits, Observation, Setpoint
 from flightapp.fleet.messages import SharedState, decode_state, encode_state
@@ -25,7 +25,7 @@ def recorder_measurement(limits: Limits, seconds: float) -> Measurement:
     planner = make_planner("ac2f", limits=limits)
 
     def decide(k: int) -> tuple[Observation, Decision, int]:
-        seen = observation(straight(k), k, 30.0)
+        seen = far(k)
         return seen, planner.step(seen), k
 
     with tempfile.TemporaryDirectory() as folder, Recorder(Path(folder) / "bench.mcap") as recorder:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import gc
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -16,8 +18,8 @@ from flightapp.bench.output import fleet_measurement, recorder_measurement
 from flightapp.bench.planner import DECISIONS, planner_measurements
 from flightapp.bench.safety import supervisor_measurement
 from flightapp.bench.simulator import simulator_throughput
-from flightapp.config.mission import load_mission
-from flightapp.config.profile import load_profile
+from flightapp.config.mission import Mission, Vehicle, load_mission
+from flightapp.config.profile import Profile, load_profile
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits
 from flightapp.runtime.composition import limits_of
@@ -37,8 +39,26 @@ def run_bench(mission: Path, profile: Path, scenario: Path, seconds: float = 20.
     vehicle = next((one for one in loaded.vehicles if one.role == "pursuer"), None)
     if vehicle is None:
         raise InputError(f"{mission}: vehicles: no pursuer, so there is no planner to measure")
-    before = machine()
     limits = limits_of(vehicle, hardware)
+    with _frozen_garbage():
+        return _measured(loaded, hardware, vehicle, limits, scenario, seconds, steps)
+
+
+@contextmanager
+def _frozen_garbage() -> Iterator[None]:
+    """As a vehicle process before take-off: what is there by now is never searched for garbage again."""
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+
+
+def _measured(
+    loaded: Mission, hardware: Profile, vehicle: Vehicle, limits: Limits, scenario: Path, seconds: float, steps: int
+) -> dict[str, object]:
+    before = machine()
     decisions, missing = _decisions(limits, 0.4 * seconds)
     measurements = [
         *decisions,

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from flightapp.bench.measurement import Measurement, Work, measure
-from flightapp.bench.situation import DISCS, PERIOD_S, circling, discs_around, evader, teammates
+from flightapp.bench.situation import DISCS, PERIOD_S, circling, evader, ring, teammates
 from flightapp.config.mission import Mission, Vehicle
 from flightapp.config.profile import Profile
-from flightapp.core.types import Limits, ObstacleSet, Setpoint
+from flightapp.core.types import Limits, Setpoint
 from flightapp.safety.api import SafetyContext
 from flightapp.safety.supervisor import make_supervisor
 
@@ -32,7 +30,7 @@ def supervisor_measurement(mission: Mission, profile: Profile, vehicle: Vehicle,
             own_age_s=0.02,
             team=teammates(own, TEAMMATES),
             target=evader(own, 9.0),
-            obstacles=ObstacleSet(own.t_s - 0.05, discs_around(own, k), np.array([[2.0, -2.0]])),
+            obstacles=ring(own),
             obstacles_age_s=0.05,
             previous=previous,
             limits=limits,

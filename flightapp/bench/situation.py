@@ -13,21 +13,33 @@ PERIOD_S = 1.0 / 30.0
 HEIGHT_M = 5.0
 COARSE_DISTANCE_M = 30.0
 FINE_DISTANCE_M = 9.0
-"""The evader's, where the planner is to be in its coarse stage, and in its fine stage with the full horizon."""
+OBSERVED_S = 0.05
+"""Age of the obstacles."""
+UNSEEN = np.array([[1.0, -1.0]])
+"""Behind, of a vehicle that looks north."""
+LANE_M = 18.0
+"""Length of the lane of obstacles around the vehicle."""
 BOUNDARY = Boundary(np.array([[-30.0, -50.0], [-30.0, 50.0]]), False)
 
 
-def discs_around(own: VehicleState, seed: int) -> Array:
-    """(DISCS, 7) small moving obstacles at 4 m to 9 m from `own`: all within reach of a fine step's horizon and braking."""
-    random = np.random.default_rng(seed)
-    bearing, distance = random.uniform(-math.pi, math.pi, DISCS), random.uniform(4.0, 9.0, DISCS)
-    discs = np.empty((DISCS, 7))
-    discs[:, 0] = own.position_ned_m[0] + distance * np.cos(bearing)
-    discs[:, 1] = own.position_ned_m[1] + distance * np.sin(bearing)
-    discs[:, 2] = random.uniform(0.2, 0.6, DISCS)
-    discs[:, 3:5] = random.uniform(-0.3, 0.3, (DISCS, 2))
-    discs[:, 5], discs[:, 6] = -np.inf, np.inf
-    return discs
+def _lane() -> Array:
+    random = np.random.default_rng(1)
+    rows = np.zeros((DISCS, 7))
+    rows[:, 0] = random.uniform(0.0, LANE_M, DISCS)
+    rows[:, 1] = random.uniform(1.5, 9.0, DISCS) * random.choice((-1.0, 1.0), DISCS)
+    rows[:, 2], rows[:, 3] = random.uniform(0.2, 0.6, DISCS), random.uniform(-0.3, 0.3, DISCS)
+    rows[:, 5], rows[:, 6] = -np.inf, np.inf
+    return rows
+
+
+def _ring() -> tuple[Array, Array, Array, Array]:
+    """Bearing, distance, radius and speed of the discs around the origin."""
+    random = np.random.default_rng(2)
+    bearing, distance = random.uniform(-math.pi, math.pi, DISCS), random.uniform(5.0, 8.0, DISCS)
+    return bearing, distance, random.uniform(0.2, 0.6, DISCS), random.uniform(-0.3, 0.3, DISCS)
+
+
+LANE, RING = _lane(), _ring()
 
 
 def straight(k: int) -> VehicleState:
@@ -36,12 +48,31 @@ def straight(k: int) -> VehicleState:
     return VehicleState(t_s, np.array((3.0 * t_s, 0.0, -HEIGHT_M)), np.array((3.0, 0.2, 0.0)), 0.05)
 
 
+def lane(own: VehicleState) -> ObstacleSet:
+    """DISCS small moving obstacles on both sides of the flight `straight`; what falls behind comes again ahead."""
+    discs, t_s = LANE.copy(), own.t_s - OBSERVED_S
+    behind = float(own.position_ned_m[0]) - LANE_M / 2
+    discs[:, 0] = behind + (discs[:, 0] + discs[:, 3] * t_s - behind) % LANE_M
+    return ObstacleSet(t_s, discs, UNSEEN)
+
+
 def circling(k: int) -> VehicleState:
     """The own state in period `k` of a flight around a circle of 1 m radius: confined, as the fine stage's memory wants it."""
     t_s = k * PERIOD_S
     cos, sin = math.cos(2.0 * t_s), math.sin(2.0 * t_s)
     course = math.atan2(cos, -sin)
     return VehicleState(t_s, np.array((cos, sin, -HEIGHT_M)), np.array((-2.0 * sin, 2.0 * cos, 0.0)), course)
+
+
+def ring(own: VehicleState) -> ObstacleSet:
+    """DISCS small obstacles that move around the flight `circling`, all within reach of a fine step's horizon and braking."""
+    discs, t_s = np.empty((DISCS, 7)), own.t_s - OBSERVED_S
+    bearing, distance, radius, speed = RING
+    bearing = bearing + speed / distance * t_s
+    discs[:, 0], discs[:, 1], discs[:, 2] = distance * np.cos(bearing), distance * np.sin(bearing), radius
+    discs[:, 3], discs[:, 4] = -speed * np.sin(bearing), speed * np.cos(bearing)
+    discs[:, 5], discs[:, 6] = -np.inf, np.inf
+    return ObstacleSet(t_s, discs, UNSEEN)
 
 
 def teammates(own: VehicleState, names: tuple[str, ...]) -> tuple[TeamMember, ...]:
@@ -66,7 +97,17 @@ def evader(own: VehicleState, distance_m: float) -> TargetTrack:
     return TargetTrack(own.t_s - 0.02, position, np.array((-1.5, 0.4, 0.0)), np.eye(6) * 0.01, 0.02)
 
 
-def observation(own: VehicleState, k: int, distance_m: float) -> Observation:
-    """What the first of two pursuers knows in period `k`."""
-    obstacles = ObstacleSet(own.t_s - 0.05, discs_around(own, k), np.array([[1.0, -1.0]]))
+def far(k: int) -> Observation:
+    """What the first of two pursuers knows in period `k` of the flight `straight`, the evader far ahead."""
+    own = straight(k)
+    return _observation(own, lane(own), COARSE_DISTANCE_M)
+
+
+def near(k: int) -> Observation:
+    """The same of the flight `circling`, the evader near, but not within the terminal distance."""
+    own = circling(k)
+    return _observation(own, ring(own), FINE_DISTANCE_M)
+
+
+def _observation(own: VehicleState, obstacles: ObstacleSet, distance_m: float) -> Observation:
     return Observation(own.t_s, PERIOD_S, own, teammates(own, ("p2",)), evader(own, distance_m), obstacles, BOUNDARY)

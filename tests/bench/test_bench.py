@@ -25,7 +25,7 @@ ORCA = ("pyrvo, ORCA step alone, 40 neighbours", "pyrvo, ORCA from an observatio
 NAMES = [
     "planner, coarse step",
     "planner, fine step",
-    "planner, roll-out kernel",
+    "planner, fine evaluation, 441 samples",
     *ORCA,
     "perception, frame to discs",
     "simulation, depth render",
@@ -33,7 +33,7 @@ NAMES = [
     "recorder, five messages of a tick",
     "fleet state, encode and decode",
 ]
-COMPARED = {"planner, roll-out kernel", "perception, frame to discs"}
+COMPARED = {"planner, fine step", "planner, fine evaluation, 441 samples", "perception, frame to discs"}
 AIMS_MS = {"planner, coarse step": 0.05, "planner, fine step": 0.25, "perception, frame to discs": 3.0}
 
 
