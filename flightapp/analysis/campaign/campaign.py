@@ -12,7 +12,7 @@ from flightapp.analysis.campaign.output_folder import output_folder
 from flightapp.analysis.campaign.parquet import runs_parquet
 from flightapp.analysis.campaign.progress import ProgressBar, Successes
 from flightapp.analysis.campaign.recording import record
-from flightapp.analysis.campaign.runner import Flown, fly_jobs, paired_jobs
+from flightapp.analysis.campaign.runner import Flown, fly_jobs, own_parameters, paired_jobs
 from flightapp.analysis.campaign.seeds import seeds_text
 from flightapp.analysis.campaign.summary import Summary, planner_details, summarise
 from flightapp.analysis.campaign.table import markdown
@@ -45,7 +45,7 @@ class Campaign:
                 raise InputError(f"--planner {planner}: no such planner; known: {', '.join(planner_names())}")
             if planner in self.planners[:number]:
                 raise InputError(f"--planner {planner}: named twice; name each planner once")
-            parameters = planner_parameters(self.scenario, self.parameters)
+            parameters = planner_parameters(self.scenario, own_parameters(planner, self.parameters))
             make_planner(planner, limits=self.scenario.pursuers.limits(), parameters=parameters)
         runs = len(self.planners) * len(self.seeds)
         if self.record and runs > RECORDED_MAX:

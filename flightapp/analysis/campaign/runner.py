@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from flightapp.analysis.campaign.workers import Workers, pool
+from flightapp.analysis.campaign.workers import Workers, flown
 from flightapp.core.errors import FlightError
+from flightapp.planning.registry import file_parameters
 from flightapp.sim.batch.episode import fly
 from flightapp.sim.batch.result import RunResult
 from flightapp.sim.batch.scenario import Scenario
@@ -49,7 +50,8 @@ def fly_jobs(
 ) -> Flown:
     """Fly all jobs; Ctrl-C ends it early and keeps what is finished.
 
-    parameters: of every planner, on top of the scenario's. note: called with results as they come, in no particular order.
+    parameters: of every planner, on top of the scenario's, but for what a variant fixes.
+    note: called with results as they come, in no particular order.
     """
     results: list[RunResult] = []
     complete = True
@@ -65,6 +67,11 @@ def fly_jobs(
     return Flown(tuple(sorted(results, key=lambda result: (result.planner, result.seed))), complete)
 
 
+def own_parameters(planner: str, parameters: Parameters) -> dict[str, object]:
+    """What of `parameters`, which serve all planners, is for `planner` to take: not what a variant fixes."""
+    return file_parameters(planner, parameters or {})
+
+
 def _flown(scenario: Scenario, jobs: Sequence[Job], workers: Workers, parameters: Parameters) -> Iterator[list[RunResult]]:
     if workers.backend == "local" and workers.expected == 1:
         for job in jobs:
@@ -72,9 +79,8 @@ def _flown(scenario: Scenario, jobs: Sequence[Job], workers: Workers, parameters
         return
     size = max(1, min(_CHUNK_MAX, len(jobs) // (_CHUNKS_A_WORKER * workers.expected)))
     chunks = [jobs[start : start + size] for start in range(0, len(jobs), size)]
-    with pool(workers) as parallel:
-        yield from parallel(joblib.delayed(_fly_chunk)(scenario, chunk, parameters) for chunk in chunks)
+    yield from flown(workers, [joblib.delayed(_fly_chunk)(scenario, chunk, parameters) for chunk in chunks])
 
 
 def _fly_chunk(scenario: Scenario, jobs: Sequence[Job], parameters: Parameters) -> list[RunResult]:
-    return [fly(scenario, job.planner, job.seed, parameters) for job in jobs]
+    return [fly(scenario, job.planner, job.seed, own_parameters(job.planner, parameters)) for job in jobs]

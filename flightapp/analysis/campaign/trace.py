@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flightapp.analysis.campaign.runner import own_parameters
 from flightapp.core.types import Array, Decision, Observation, VehicleState
 from flightapp.sim.batch.episode import Truth, fly
 from flightapp.sim.batch.families.layout import Layout
@@ -71,5 +72,5 @@ class _Keeper:
 def trace(scenario: Scenario, planner: str, seed: int, parameters: Mapping[str, object] | None = None) -> Trace:
     """Fly one run again, which is exactly the one that a campaign flies, and keep everything."""
     keeper = _Keeper()
-    result = fly(scenario, planner, seed, parameters, keeper)
+    result = fly(scenario, planner, seed, own_parameters(planner, parameters), keeper)
     return Trace(scenario, lay_out(scenario, seed), result, tuple(keeper.periods))

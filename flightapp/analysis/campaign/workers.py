@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +14,7 @@ import joblib
 from flightapp.core.errors import InputError
 
 BACKENDS = ("local", "dask", "ray")
+_RAY_TASKS_A_WORKER = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,14 +36,20 @@ class Workers:
         return int(joblib.cpu_count()) if self.count is None else self.count
 
 
-@contextmanager
-def pool(workers: Workers) -> Iterator[joblib.Parallel]:
-    """Calls joblib tasks in the processes of `workers`, one thread each, results as they come.
+def flown(workers: Workers, tasks: Sequence[Any]) -> Iterator[Any]:
+    """Results of joblib tasks in the processes of `workers`, one thread each, as they come.
 
     Dask: the cluster that DASK_SCHEDULER_ADDRESS names; Ray: that of RAY_ADDRESS; without these, one on this machine.
     """
+    n_jobs = -1 if workers.count is None else workers.count
     with _backend(workers) as options, joblib.parallel_config(**options):
-        yield joblib.Parallel(n_jobs=-1 if workers.count is None else workers.count, return_as="generator_unordered")
+        if workers.backend != "ray":
+            yield from joblib.Parallel(n_jobs=n_jobs, return_as="generator_unordered")(tasks)
+            return
+        parallel = joblib.Parallel(n_jobs=n_jobs)  # Ray's joblib backend only returns whole lists: so in rounds
+        size = _RAY_TASKS_A_WORKER * joblib.effective_n_jobs(n_jobs)
+        for start in range(0, len(tasks), size):
+            yield from parallel(tasks[start : start + size])
 
 
 @contextmanager

@@ -14,10 +14,10 @@ def paths_picture(traces: Sequence[Trace]) -> bytes:
     """Superposed paths of one seed, one colour a planner; the evader's dotted in the colour of the planner that it fled."""
     figure, axes = ground_figure(traces)
     for index, one in enumerate(traces):
-        colour, positions = planner_colour(index), one.positions_m()
+        colour, positions, width = planner_colour(index), one.positions_m(), _width(index, len(traces))
         for pursuer in range(one.pursuers):
             label = f"{one.result.planner}:\n{ending(one.result)}" if pursuer == 0 else None
-            axes.plot(positions[:, pursuer, 1], positions[:, pursuer, 0], color=colour, linewidth=1.6, label=label, zorder=4)
+            axes.plot(positions[:, pursuer, 1], positions[:, pursuer, 0], color=colour, linewidth=width, label=label, zorder=4)
         axes.plot(positions[:, -1, 1], positions[:, -1, 0], ":", color=colour, linewidth=1.6, zorder=3)
         mark_end(axes, one, colour)
     axes.plot([], [], ":", color=INK, linewidth=1.6, label="evader")
@@ -36,7 +36,9 @@ def distance_picture(traces: Sequence[Trace]) -> bytes:
     axes = figure.add_subplot()
     for index, one in enumerate(traces):
         label = f"{one.result.planner}: {ending(one.result)}"
-        axes.plot(one.times_s(), one.distances_m(), color=planner_colour(index), linewidth=1.6, label=label)
+        axes.plot(
+            one.times_s(), one.distances_m(), color=planner_colour(index), linewidth=_width(index, len(traces)), label=label
+        )
     radius_m = traces[0].scenario.capture.radius_m
     axes.axhline(radius_m, color=EVADER, linewidth=1.0, linestyle="--", label=f"capture radius {radius_m:g} m")
     axes.set_xlim(left=0.0)
@@ -48,3 +50,8 @@ def distance_picture(traces: Sequence[Trace]) -> bytes:
     axes.set_axisbelow(True)
     legend_beside(axes)
     return png(figure)
+
+
+def _width(index: int, count: int) -> float:
+    """Later lines are thinner: one that covers another leaves its edges to be seen."""
+    return 1.4 + 0.5 * (count - 1 - index)
