@@ -54,10 +54,22 @@ def closest_approach_m(before_n: float, before_e: float, now_n: float, now_e: fl
     return math.hypot(before_n + fraction * dn, before_e + fraction * de)
 
 
+@compiled("void(f8[::1])")
+def _sort(values: Array) -> None:
+    """Ascending, by insertion: there are a few, and the library's sort takes seconds to compile."""
+    for i in range(1, values.shape[0]):
+        value = values[i]
+        k = i
+        while k > 0 and values[k - 1] > value:
+            values[k] = values[k - 1]
+            k -= 1
+        values[k] = value
+
+
 @compiled("f8(f8[::1])")
 def widest_gap_rad(bearings_rad: Array) -> float:
     """The widest angle between neighbours among `bearings_rad` (k > 0,), which are sorted on return; 2 pi for one."""
-    bearings_rad.sort()
+    _sort(bearings_rad)
     last = bearings_rad.shape[0] - 1
     widest: float = 2.0 * math.pi - (bearings_rad[last] - bearings_rad[0])
     for i in range(last):

@@ -14,7 +14,7 @@ from flightapp.config.profile import Camera, Profile
 from flightapp.core.clock import SystemClock
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits, ObstacleSet
-from flightapp.planning import evader_names, make_evader, make_planner, planner_names
+from flightapp.planning import evader_names, file_parameters, make_evader, make_planner, planner_names
 from flightapp.planning.api import Planner
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.sim.world import World
@@ -40,7 +40,7 @@ def build_strategy(mission: Mission, vehicle: Vehicle, profile: Profile, mission
     if strategy.parameters_file is not None:
         file = mission_path.parent / strategy.parameters_file
         try:
-            parameters.update(beside(read_toml(file), file.parent))
+            parameters.update(file_parameters(strategy.name, beside(read_toml(file), file.parent)))
         except InputError as error:
             raise InputError(f"{where}: parameters_file: {error}") from None
     parameters.update(beside(strategy.parameters, mission_path.parent))

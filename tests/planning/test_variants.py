@@ -7,12 +7,15 @@ from pathlib import Path
 import pytest
 
 from flightapp.config.loading import read_toml
+from flightapp.config.mission import load_mission
+from flightapp.config.profile import load_profile
 from flightapp.core.errors import InputError
 from flightapp.planning import file_parameters, make_planner, planner_names
-from flightapp.planning.ac2f import Ac2fParameters
+from flightapp.planning.ac2f import Ac2fParameters, Ac2fPlanner
 from flightapp.planning.ac2f.variants import VARIANTS, with_variant
 from flightapp.planning.parameters import parsed
-from tests.planning.closed_loop import demo, fly, limits
+from flightapp.runtime.composition import build_strategy
+from tests.planning.closed_loop import DEMO, PROFILE, demo, fly, limits
 
 FILES = sorted((Path(__file__).parents[2] / "missions" / "parameters").glob("ac2f-*.toml"))
 
@@ -60,3 +63,13 @@ def test_a_parameter_file_serves_every_variant(path: Path, name: str) -> None:
     found = parameters_of(name, file_parameters(name, values))
     changed = {key for key, value in values.items() if getattr(found, key) != value}
     assert changed <= set(VARIANTS[name].fixed)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_mission_names_variant_and_parameter_file(path: Path, tmp_path: Path) -> None:
+    strategy = f'strategy = {{ name = "ac2f-no-memory", parameters_file = "{path}" }}'
+    mission_path = tmp_path / "mission.toml"
+    mission_path.write_text(DEMO.read_text().replace('strategy = { name = "ac2f" }', strategy))
+    mission = load_mission(mission_path)
+    planner = build_strategy(mission, mission.vehicles[0], load_profile(PROFILE), mission_path, 0)
+    assert isinstance(planner, Ac2fPlanner)
