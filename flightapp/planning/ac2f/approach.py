@@ -82,3 +82,26 @@ def approach_velocity(
     total = math.hypot(velocity_n, velocity_e)
     scale = min(1.0, p.speed_max_m_s / total) if total > 0.0 else 1.0
     return velocity_n * scale, velocity_e * scale
+
+
+@compiled(PLANAR_TYPE(PARAMETERS_TYPE, *[numba.float64] * 4))
+def contact_velocity(parameters: Record, north: float, east: float, evader_vn: float, evader_ve: float) -> tuple[float, float]:
+    """Velocity (m/s) that meets the evader, (north, east) m away, whose own velocity is fed forward.
+
+    As much along the line of sight as the speed limit allows, which far away is the straight course to the intercept; near,
+    the closing speed comes down, so that an evader that turns away is followed and not flown past.
+    """
+    p = parameters[0]
+    distance = math.hypot(north, east)
+    if distance < HERE_M:
+        return evader_vn, evader_ve
+    along_n = north / distance
+    along_e = east / distance
+    braking_m_s2 = p.contact_braking_share * p.acceleration_max_m_s2
+    wanted = math.sqrt(p.contact_closing_m_s * p.contact_closing_m_s + 2.0 * braking_m_s2 * distance)
+    speed = min(wanted, _room_m_s(along_n, along_e, evader_vn, evader_ve, p.speed_max_m_s))
+    velocity_n = evader_vn + speed * along_n
+    velocity_e = evader_ve + speed * along_e
+    total = math.hypot(velocity_n, velocity_e)
+    scale = min(1.0, p.speed_max_m_s / total) if total > 0.0 else 1.0
+    return velocity_n * scale, velocity_e * scale

@@ -68,11 +68,13 @@ def deflected(
     return north * speed / length, east * speed / length
 
 
-@compiled("f8(f8[:,::1],f8,f8,f8,f8,f8)")
-def speed_limit_ahead_m_s(scene: Array, n: float, e: float, ahead_n: float, ahead_e: float, deceleration_m_s2: float) -> float:
+@compiled("f8(f8[:,::1],f8,f8,f8,f8,f8,f8)")
+def speed_limit_ahead_m_s(
+    scene: Array, n: float, e: float, ahead_n: float, ahead_e: float, deceleration_m_s2: float, reaction_s: float
+) -> float:
     """Highest speed in the direction (ahead_n, ahead_e), a unit vector, that stops before every disc of `scene` (m, 6) there.
 
-    v = sqrt(2 a gap), faster by what the disc itself moves ahead.
+    v t + v^2 / (2 a) = gap after a reaction t, faster by what the disc itself moves ahead.
     """
     limit = math.inf
     for i in range(scene.shape[0]):
@@ -84,15 +86,28 @@ def speed_limit_ahead_m_s(scene: Array, n: float, e: float, ahead_n: float, ahea
         if along <= 0.0 or inside2 <= 0.0:
             continue
         fleeing = scene[i, 3] * ahead_n + scene[i, 4] * ahead_e
-        limit = min(limit, fleeing + braking_speed_m_s(along - math.sqrt(inside2), deceleration_m_s2, 0.0))
+        limit = min(limit, fleeing + braking_speed_m_s(along - math.sqrt(inside2), deceleration_m_s2, reaction_s))
     return max(0.0, limit)
 
 
-@compiled("UniTuple(f8,2)(f8[:,::1],f8,f8,f8,f8,f8,f8,f8)")
+@compiled("UniTuple(f8,2)(f8[:,::1],f8,f8,f8,f8,f8,f8,f8,f8,f8,f8)")
 def field_velocity(
-    scene: Array, n: float, e: float, wish_n: float, wish_e: float, gain_m2: float, influence_m: float, deceleration_m_s2: float
+    scene: Array,
+    n: float,
+    e: float,
+    wish_n: float,
+    wish_e: float,
+    moving_n: float,
+    moving_e: float,
+    gain_m2: float,
+    influence_m: float,
+    deceleration_m_s2: float,
+    reaction_s: float,
 ) -> tuple[float, float]:
-    """The source's form: along the resultant of a unit attraction and the repulsion without cap, slow enough to stop there."""
+    """The source's form: along the resultant of a unit attraction and the repulsion without cap.
+
+    As fast as the wish, where the vehicle can stop before every disc, in that direction and in the one in which it moves.
+    """
     speed = math.hypot(wish_n, wish_e)
     if speed < 1e-6:
         return 0.0, 0.0
@@ -104,5 +119,10 @@ def field_velocity(
         return 0.0, 0.0
     north /= length
     east /= length
-    speed = min(speed, speed_limit_ahead_m_s(scene, n, e, north, east, deceleration_m_s2))
+    speed = min(speed, speed_limit_ahead_m_s(scene, n, e, north, east, deceleration_m_s2, reaction_s))
+    moving = math.hypot(moving_n, moving_e)
+    if moving > 1e-6:
+        moving_n /= moving
+        moving_e /= moving
+        speed = min(speed, speed_limit_ahead_m_s(scene, n, e, moving_n, moving_e, deceleration_m_s2, reaction_s))
     return speed * north, speed * east

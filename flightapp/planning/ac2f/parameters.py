@@ -95,6 +95,9 @@ class Ac2fParameters(StrategyParameters):
     """Below this speed the course is the nose's, or any near the evader; a search has arrived."""
     search_turn_rad: float = Field(default=0.5, gt=0)
     """Turning at the place of a search, per decision."""
+    no_admissible: Literal["evade", "brake"] = "evade"
+    """Where no arc is admissible, moving: the velocity of the reactive avoidance, or braking along the present arc (the source's
+    form). Standing, the nose turns to the widest free gap in both."""
     raw_scores: bool = False
     """True: weights act on the plain scores (the source's literal form)."""
 
@@ -157,6 +160,14 @@ class Ac2fParameters(StrategyParameters):
     """Within the evader's keep-out the way to the slot leads outwards by this share of the speed, the rest of it around."""
     slot_leave_gain: float = Field(default=2.0, ge=0)
     """And by this much more per depth in the keep-out, as a share of the keep-out."""
+    contact_closing_m_s: float = Field(default=1.5, ge=0)
+    """Where the first contact ends it: closing speed with which the evader is met when it is caught up with."""
+    contact_braking_share: float = Field(default=0.3, gt=0, le=1)
+    """Share of the acceleration limit with which the closing speed comes down to that one: what is left steers."""
+    flank_radius_m: float = Field(default=2.5, gt=0)
+    """Where the first contact ends it: all but the pursuer that arrives first wait for a miss this far beside the evader."""
+    flank_tie_s: float = Field(default=0.15, ge=0)
+    """Arrivals nearer than this to each other are as good as equal: the pursuer further south goes first."""
     evader_keep_out_m: float = Field(default=1.5, ge=0)
     """Smallest distance from the evader, where the hold radius is larger than this; otherwise contact is allowed."""
     evader_path_margin_m: float = Field(default=0.3, ge=0)

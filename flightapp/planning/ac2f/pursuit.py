@@ -5,7 +5,8 @@ Three ways to pursue:
 - `lead` (default): far away to the game point, nearer to the intercept of the slot's motion, and within the slot range along the
   approach to the slot, braking relative to the evader.
 - `lead` where the first contact ends it (capture mode `first`, hold radius that allows contact): the same far away; within the
-  slot range at top speed through the intercept of the evader's predicted motion, without a slot and without slowing down.
+  slot range the pursuer that arrives first meets the evader's predicted motion, and the others fly beside it for the case of a
+  miss, each on its slot: two that converge on one place would brake for each other.
 - without `lead` (the source's literal form): at top speed to the game point and, in the fine and tracking stage or below the
   fine distance, to where the evader is. A keep-out around the evader needs the approach to a slot all the same.
 """
@@ -20,7 +21,7 @@ import numpy as np
 
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.apollonius_kernel import solve_game
-from flightapp.planning.ac2f.approach import PLANAR_TYPE, approach_velocity
+from flightapp.planning.ac2f.approach import PLANAR_TYPE, approach_velocity, contact_velocity
 from flightapp.planning.ac2f.arrival import arrival_time_s, intercept_time_s, speed_share
 from flightapp.planning.ac2f.braking import braking_speed_m_s
 from flightapp.planning.ac2f.parameters import Ac2fParameters
@@ -113,14 +114,19 @@ def _far_goal(parameters: Record, view: Record, chase: bool, slot_rad: float, co
     return goal_n, goal_e
 
 
-@compiled(PLANAR_TYPE(PARAMETERS_TYPE, VIEW_TYPE, _F8, _F8))
-def _contact_goal(parameters: Record, view: Record, else_n: float, else_e: float) -> Planar:
-    """Where the evader's predicted motion is met at top speed; the other place where it never is."""
+@compiled(numba.boolean(PARAMETERS_TYPE, VIEW_TYPE, _ROWS))
+def _goes_first(parameters: Record, view: Record, pursuers: Array) -> bool:
+    """Whether of all `pursuers` (k, 2) the own one, row 0, meets the evader first; each of them finds the same one."""
+    p = parameters[0]
     v = view[0]
-    time_s = intercept_time_s(v.target_n - v.own_n, v.target_e - v.own_e, v.target_vn, v.target_ve, parameters[0].speed_max_m_s)
-    if math.isnan(time_s):
-        return else_n, else_e
-    return v.target_n + time_s * v.target_vn, v.target_e + time_s * v.target_ve
+    own_s = arrival_time_s(v.target_n - v.own_n, v.target_e - v.own_e, v.target_vn, v.target_ve, p.speed_max_m_s)
+    for i in range(1, pursuers.shape[0]):
+        north = v.target_n - pursuers[i, 0]
+        east = v.target_e - pursuers[i, 1]
+        ahead_s = own_s - arrival_time_s(north, east, v.target_vn, v.target_ve, p.speed_max_m_s)
+        if ahead_s > p.flank_tie_s or (ahead_s > -p.flank_tie_s and pursuers[i, 0] < v.own_n):
+            return False
+    return True
 
 
 @compiled(
@@ -195,6 +201,7 @@ def intend(
     own_n = v.own_n - v.target_n
     own_e = v.own_e - v.target_e
     near = v.distance_m <= p.slot_range_m
+    by_contact = p.capture_mode == FIRST and p.evader_distance_m == 0.0
     if p.lead == 0 and not (near and p.evader_distance_m > 0.0):
         is_close = v.distance_m < p.fine_trigger_m or memory[0].stage == FINE or memory[0].stage == TRACKING
         wanted.goal_n = v.target_n if chase or is_close else point_n
@@ -213,17 +220,20 @@ def intend(
         wanted.goal_n = goal_n
         wanted.goal_e = goal_e
         wanted.velocity_n, wanted.velocity_e = velocity_to(parameters, goal_n - v.own_n, goal_e - v.own_e, share)
-    elif p.capture_mode == FIRST and p.evader_distance_m == 0.0:
-        goal_n, goal_e = _contact_goal(
-            parameters, view, v.target_n if chase else goals[0, 0], v.target_e if chase else goals[0, 1]
-        )
-        wanted.goal_n = goal_n
-        wanted.goal_e = goal_e
-        wanted.velocity_n, wanted.velocity_e = _towards(goal_n - v.own_n, goal_e - v.own_e, p.speed_max_m_s)
-    else:
+    elif not by_contact:
         keep_out_m = min(p.evader_distance_m + p.evader_path_margin_m, p.slot_radius_m) if p.evader_distance_m > 0.0 else 0.0
         wanted.goal_n = place_n
         wanted.goal_e = place_e
         wanted.velocity_n, wanted.velocity_e = approach_velocity(
             parameters, own_n, own_e, v.target_vn, v.target_ve, slot_rad, p.slot_radius_m, keep_out_m
+        )
+    elif _goes_first(parameters, view, pursuers[:count]):
+        wanted.goal_n = v.target_n
+        wanted.goal_e = v.target_e
+        wanted.velocity_n, wanted.velocity_e = contact_velocity(parameters, -own_n, -own_e, v.target_vn, v.target_ve)
+    else:
+        wanted.goal_n = v.target_n + p.flank_radius_m * math.cos(slot_rad)
+        wanted.goal_e = v.target_e + p.flank_radius_m * math.sin(slot_rad)
+        wanted.velocity_n, wanted.velocity_e = approach_velocity(
+            parameters, own_n, own_e, v.target_vn, v.target_ve, slot_rad, p.flank_radius_m, p.flank_radius_m
         )

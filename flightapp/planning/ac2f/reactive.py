@@ -126,9 +126,12 @@ def react(
             seen.own_e,
             wish_n,
             wish_e,
+            seen.base_n,
+            seen.base_e,
             gains.field_gain_m2,
             gains.field_influence_m,
-            gains.acceleration_max_m_s2,
+            gains.braking_m_s2,
+            gains.reaction_s,
         )
     share = seen_share(chosen_n, chosen_e, unseen, gains.unseen_speed_m_s)
     _command(parameters, view, chosen_n * share, chosen_e * share, action)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import get_args
+
 import numpy as np
 from numba import void
 from numpy.typing import NDArray
@@ -12,6 +15,7 @@ from flightapp.planning.ac2f.fine import VERDICTS_TYPE, fine
 from flightapp.planning.ac2f.guidance import guide
 from flightapp.planning.ac2f.history import sample_position
 from flightapp.planning.ac2f.judge import judge
+from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.pursuit import intend, velocity_to
 from flightapp.planning.ac2f.reactive import hold, react, search
 from flightapp.planning.ac2f.recollection import RECOLLECTION_TYPE
@@ -35,6 +39,9 @@ from flightapp.planning.ac2f.stage import FINE, HOLD, SEARCH, TRACKING
 from flightapp.planning.ac2f.surroundings import look
 from flightapp.planning.ac2f.workspace import POSITIONS_TYPE, workspace_of
 from flightapp.planning.compiled import compiled
+
+
+BRAKE = get_args(Ac2fParameters.model_fields["no_admissible"].annotation).index("brake")
 
 
 @compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ACTION_TYPE, ROWS))
@@ -117,14 +124,19 @@ def _act(
     pursuers, active, goals = np.empty((count, 2)), np.empty(count), np.empty((count, 2))
     intend(parameters, memory, view, team, etas, scene, sides, closed, pursuers, regions, active, goals, intent)
     guide(parameters, memory, view, intent, recollection)
+    searched = False
     if m.stage == FINE and v.depth_m < p.leave_first_m:
         past = history[: m.history_count]
         fine(parameters, memory, view, intent, scene, unseen, past, workspace_of(positions, rows, scores, verdicts), action)
-    else:
-        react(
-            parameters, memory, view, scene, unseen, i.goal_n, i.goal_e, i.velocity_n, i.velocity_e, 1, v.target_n, v.target_e,
-            action,
-        )  # fmt: skip
+        moving = math.hypot(v.base_n, v.base_e) > p.standing_speed_m_s
+        if action[0].best >= 0 or p.no_admissible == BRAKE or not moving:
+            return
+        m.turn_rad_s = 0.0
+        searched = True
+    react(
+        parameters, memory, view, scene, unseen, i.goal_n, i.goal_e, i.velocity_n, i.velocity_e, 1, v.target_n, v.target_e, action
+    )
+    action[0].searched = searched
 
 
 @compiled(

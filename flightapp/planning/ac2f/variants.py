@@ -23,13 +23,14 @@ PLAIN_FIELD: Values = {"lead": False, "avoidance": "field", "guidance": False}
 
 VARIANTS: Mapping[str, Variant] = {
     "ac2f": Variant(),
-    "ac2f-literal": Variant({**PLAIN_FIELD, "raw_scores": True}, {"admissibility": False}),
+    "ac2f-literal": Variant({**PLAIN_FIELD, "raw_scores": True, "no_admissible": "brake"}, {"admissibility": False}),
     "ac2f-no-memory": Variant({"memory_weight": 0.0, "guidance": False}),
     "ac2f-no-terminal": Variant({"terminal_adaptation": False}),
     "apf": Variant({**PLAIN_FIELD, "stages": "coarse", "goal": "evader"}),
     "dwa-fixed": Variant(
         {
             "stages": "fine",
+            "no_admissible": "brake",
             "goal": "evader",
             "lead": False,
             "memory_weight": 0.0,
