@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from flightapp.core.types import Array, Limits
+from flightapp.planning.ac2f.approach import contact_velocity
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.pursuit import intend, team_distance_m
 from flightapp.planning.ac2f.records import INTENT, MEMORY, VIEW, parameter_record
@@ -196,23 +198,68 @@ def test_the_goal_evader_leaves_the_game_out() -> None:
     assert math.hypot(*goal_of(intent)) == pytest.approx(meeting_s * LIMITS.speed_max_m_s, abs=0.5)
 
 
-@given(
-    own=place,
-    bearing=st.floats(-3.1, 3.1),
-    distance_m=st.floats(0.01, 11.9),
-    evader_velocity=st.tuples(*[st.floats(-3.5, 3.5)] * 2),
-)
-def test_where_the_first_contact_counts_the_vehicle_goes_through_the_intercept_at_top_speed(
-    own: Point, bearing: float, distance_m: float, evader_velocity: Point
-) -> None:
+near = st.tuples(st.floats(-3.1, 3.1), st.floats(0.05, 11.9)).map(lambda at: (at[1] * math.cos(at[0]), at[1] * math.sin(at[0])))
+"""A place within the slot range of an evader at the origin."""
+slow_velocity = st.tuples(*[st.floats(-3.0, 3.0)] * 2)
+
+
+def firsts(pursuers: Sequence[Point], evader_velocity: Point) -> list[Point]:
+    """Of `pursuers` of an evader at the origin, those that meet it; all the others flank it."""
     parameters = Ac2fParameters.model_validate({"capture": CONTACT})
-    evader = (own[0] + distance_m * math.cos(bearing), own[1] + distance_m * math.sin(bearing))
-    intent, _ = wanted(parameters, own, evader, evader_velocity)
-    goal = goal_of(intent)
-    time_s = math.dist(own, goal) / LIMITS.speed_max_m_s
-    moved = (evader[0] + time_s * evader_velocity[0], evader[1] + time_s * evader_velocity[1])
-    assert goal == pytest.approx(moved, abs=1e-6)
-    assert math.hypot(*velocity_of(intent)) == pytest.approx(LIMITS.speed_max_m_s)
+    found = []
+    for own in pursuers:
+        others = tuple(other for other in pursuers if other != own)
+        goal = goal_of(wanted(parameters, own, (0.0, 0.0), evader_velocity, team=others)[0])
+        if goal == (0.0, 0.0):
+            found.append(own)
+        else:
+            assert math.hypot(*goal) == pytest.approx(parameters.flank_radius_m)
+    return found
+
+
+@given(pursuers=st.lists(near, min_size=1, max_size=5, unique=True), evader_velocity=slow_velocity, data=st.data())
+def test_where_the_first_contact_counts_exactly_one_pursuer_meets_the_evader_whatever_their_order(
+    pursuers: list[Point], evader_velocity: Point, data: st.DataObject
+) -> None:
+    first = firsts(pursuers, evader_velocity)
+    assert len(first) == 1
+    assert firsts(data.draw(st.permutations(pursuers)), evader_velocity) == first
+
+
+def test_the_earlier_goes_first_and_of_equals_the_one_further_south_also_where_each_ties_only_with_the_next() -> None:
+    assert firsts([(-8.0, 0.0), (5.0, 0.0)], (0.0, 0.0)) == [(5.0, 0.0)]
+    assert firsts([(5.0, 0.0), (-5.2, 0.0)], (0.0, 0.0)) == [(-5.2, 0.0)]
+    chain = [(5.0, 0.0), (-4.0, 4.12), (-6.6, 0.0)]  # in seconds 0.83, 0.96, 1.10: the last ties with the second, not the first
+    assert firsts(chain, (0.0, 0.0)) == [(-4.0, 4.12)]
+
+
+@given(
+    gap=near,
+    evader_velocity=st.tuples(*[st.floats(-9.0, 9.0)] * 2),
+    closing_m_s=st.floats(0.0, 3.0),
+    limits=vehicle_limits,
+)
+def test_the_way_to_the_contact_closes_within_the_speed_limit_and_slows_down_to_the_evader(
+    gap: Point, evader_velocity: Point, closing_m_s: float, limits: Limits
+) -> None:
+    parameters = Ac2fParameters(contact_closing_m_s=closing_m_s)
+    record, distance = parameter_record(parameters, limits), math.hypot(*gap)
+    velocity = contact_velocity(record, *gap, *evader_velocity)
+    assert math.hypot(*velocity) <= limits.speed_max_m_s + 1e-9
+    closing = ((velocity[0] - evader_velocity[0]) * gap[0] + (velocity[1] - evader_velocity[1]) * gap[1]) / distance
+    evader_speed = math.hypot(*evader_velocity)
+    braking = parameters.contact_braking_share * limits.acceleration_max_m_s2
+    wanted_m_s = math.sqrt(closing_m_s**2 + 2.0 * braking * distance)
+    if evader_speed < limits.speed_max_m_s - 1e-3:
+        assert 0.0 < closing <= wanted_m_s + 1e-9
+        assert closing >= min(wanted_m_s, limits.speed_max_m_s - evader_speed) - 1e-9
+        off_course = (velocity[0] - evader_velocity[0]) * gap[1] - (velocity[1] - evader_velocity[1]) * gap[0]
+        assert off_course == pytest.approx(0.0, abs=1e-9 * (1.0 + distance))  # a straight course to the intercept
+
+
+def test_where_the_evader_is_reached_its_velocity_is_flown() -> None:
+    record = parameter_record(Ac2fParameters(), LIMITS)
+    assert contact_velocity(record, 0.0, 0.0, 2.0, -1.0) == (2.0, -1.0)
 
 
 def test_an_early_pursuer_slows_down_to_arrive_within_the_window_of_the_last() -> None:

@@ -93,24 +93,46 @@ def test_repulsion_and_deflection_against_plain_numpy(seed: int, discs: int, spe
     assert math.atan2(east, north) == pytest.approx(math.atan2(capped[1], 1.0 + capped[0]), abs=1e-9)
 
 
-@given(SEEDS, st.integers(1, 20))
-def test_the_plain_field_follows_the_resultant_and_can_stop_before_the_first_obstacle(seed: int, discs: int) -> None:
+def stopping_way_m(speed: float, deceleration_m_s2: float, reaction_s: float) -> float:
+    return speed * reaction_s + speed**2 / (2.0 * deceleration_m_s2)
+
+
+def clear_along(scene: Array, direction: Array, way_m: float) -> float:
+    """Smallest gap (m) of a point that flies `way_m` from the origin in `direction` (2,), to standing discs."""
+    places = np.arange(0.0, way_m, 0.01)[:, None] * direction
+    return float((np.hypot(scene[:, 0] - places[:, :1], scene[:, 1] - places[:, 1:]) - scene[:, 2]).min(initial=1.0))
+
+
+@given(SEEDS, st.integers(1, 20), st.floats(-math.pi, math.pi), st.floats(0.0, 5.0), st.floats(0.0, 0.6))
+def test_the_plain_field_follows_the_resultant_and_can_stop_before_every_obstacle_there_and_where_it_moves(
+    seed: int, discs: int, course: float, flown: float, reaction_s: float
+) -> None:
     scene = random_scene(np.random.default_rng(seed), discs, moving=False)
-    velocity = np.array(field_velocity(scene, 0.0, 0.0, 3.0, 0.0, 0.25, 2.5, 5.0))
+    moving = np.array((math.cos(course), math.sin(course)))
+    velocity = np.array(field_velocity(scene, 0.0, 0.0, 3.0, 0.0, *(flown * moving), 0.25, 2.5, 5.0, reaction_s))
     resultant = np.array((1.0, 0.0)) + force(scene, 0.25, 2.5, 1e-3)
     speed = math.hypot(*velocity)
     assert speed <= 3.0 + 1e-9
     assert velocity @ resultant == pytest.approx(speed * math.hypot(*resultant))
-    way = np.arange(0.0, speed**2 / 10.0, 0.01)[:, None] * (resultant / math.hypot(*resultant))
-    assert (np.hypot(scene[:, 0] - way[:, :1], scene[:, 1] - way[:, 1:]) - scene[:, 2]).min(initial=1.0) > -1e-6
+    way_m = stopping_way_m(speed, 5.0, reaction_s)
+    assert clear_along(scene, resultant / math.hypot(*resultant), way_m) > -1e-6
+    if flown > 1e-3:
+        assert clear_along(scene, moving, way_m) > -1e-6
+
+
+def test_the_plain_field_slows_down_for_the_direction_of_motion_although_it_turns_away() -> None:
+    scene = scene_of([(2.0, 0.0, 1.0, 0.0, 0.0)])
+    turning = (0.0, 3.0, 3.0, 0.0)  # wanted east, moving north
+    assert math.hypot(*field_velocity(scene, 0.0, 0.0, *turning, 1e-9, 2.5, 4.0, 0.5)) == pytest.approx(4.0 * (0.75**0.5 - 0.5))
+    assert field_velocity(scene, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 1e-9, 2.5, 4.0, 0.5) == pytest.approx((0.0, 3.0), abs=1e-6)
 
 
 def test_the_speed_limit_ahead_counts_what_the_obstacle_moves() -> None:
     standing, fleeing, coming = (scene_of([(3.0, 0.0, 1.0, v, 0.0)]) for v in (0.0, 1.0, -9.0))
-    assert speed_limit_ahead_m_s(standing, 0.0, 0.0, 1.0, 0.0, 4.0) == pytest.approx(4.0)
-    assert speed_limit_ahead_m_s(fleeing, 0.0, 0.0, 1.0, 0.0, 4.0) == pytest.approx(5.0)
-    assert speed_limit_ahead_m_s(coming, 0.0, 0.0, 1.0, 0.0, 4.0) == 0.0
-    assert speed_limit_ahead_m_s(standing, 0.0, 0.0, -1.0, 0.0, 4.0) == math.inf
+    assert speed_limit_ahead_m_s(standing, 0.0, 0.0, 1.0, 0.0, 4.0, 0.0) == pytest.approx(4.0)
+    assert speed_limit_ahead_m_s(fleeing, 0.0, 0.0, 1.0, 0.0, 4.0, 0.0) == pytest.approx(5.0)
+    assert speed_limit_ahead_m_s(coming, 0.0, 0.0, 1.0, 0.0, 4.0, 0.0) == 0.0
+    assert speed_limit_ahead_m_s(standing, 0.0, 0.0, -1.0, 0.0, 4.0, 0.0) == math.inf
 
 
 @pytest.mark.parametrize("avoidance", ["search", "field"])

@@ -114,17 +114,30 @@ def _far_goal(parameters: Record, view: Record, chase: bool, slot_rad: float, co
     return goal_n, goal_e
 
 
-@compiled(numba.boolean(PARAMETERS_TYPE, VIEW_TYPE, _ROWS))
-def _goes_first(parameters: Record, view: Record, pursuers: Array) -> bool:
-    """Whether of all `pursuers` (k, 2) the own one, row 0, meets the evader first; each of them finds the same one."""
-    p = parameters[0]
+@compiled(_F8(PARAMETERS_TYPE, VIEW_TYPE, _ROWS, numba.int64))
+def _contact_time_s(parameters: Record, view: Record, pursuers: Array, i: int) -> float:
+    """When pursuer `i` can meet the evader."""
     v = view[0]
-    own_s = arrival_time_s(v.target_n - v.own_n, v.target_e - v.own_e, v.target_vn, v.target_ve, p.speed_max_m_s)
+    north, east = v.target_n - pursuers[i, 0], v.target_e - pursuers[i, 1]
+    time_s: float = arrival_time_s(north, east, v.target_vn, v.target_ve, parameters[0].speed_max_m_s)
+    return time_s
+
+
+@compiled(numba.boolean(PARAMETERS_TYPE, VIEW_TYPE, _ROWS))
+def goes_first(parameters: Record, view: Record, pursuers: Array) -> bool:
+    """Whether of all `pursuers` (k, 2) the own one, row 0, meets the evader first; each of them finds the same one.
+
+    Of those that arrive as good as first it is the one furthest south, then furthest west: comparing pairs could go in circles.
+    """
+    earliest_s = math.inf
+    for i in range(pursuers.shape[0]):
+        earliest_s = min(earliest_s, _contact_time_s(parameters, view, pursuers, i))
+    latest_s = earliest_s + parameters[0].flank_tie_s
+    if _contact_time_s(parameters, view, pursuers, 0) > latest_s:
+        return False
     for i in range(1, pursuers.shape[0]):
-        north = v.target_n - pursuers[i, 0]
-        east = v.target_e - pursuers[i, 1]
-        ahead_s = own_s - arrival_time_s(north, east, v.target_vn, v.target_ve, p.speed_max_m_s)
-        if ahead_s > p.flank_tie_s or (ahead_s > -p.flank_tie_s and pursuers[i, 0] < v.own_n):
+        further = pursuers[i, 0] < pursuers[0, 0] or (pursuers[i, 0] == pursuers[0, 0] and pursuers[i, 1] < pursuers[0, 1])
+        if further and _contact_time_s(parameters, view, pursuers, i) <= latest_s:
             return False
     return True
 
@@ -227,7 +240,7 @@ def intend(
         wanted.velocity_n, wanted.velocity_e = approach_velocity(
             parameters, own_n, own_e, v.target_vn, v.target_ve, slot_rad, p.slot_radius_m, keep_out_m
         )
-    elif _goes_first(parameters, view, pursuers[:count]):
+    elif goes_first(parameters, view, pursuers[:count]):
         wanted.goal_n = v.target_n
         wanted.goal_e = v.target_e
         wanted.velocity_n, wanted.velocity_e = contact_velocity(parameters, -own_n, -own_e, v.target_vn, v.target_ve)

@@ -40,7 +40,6 @@ from flightapp.planning.ac2f.surroundings import look
 from flightapp.planning.ac2f.workspace import POSITIONS_TYPE, workspace_of
 from flightapp.planning.compiled import compiled
 
-
 BRAKE = get_args(Ac2fParameters.model_fields["no_admissible"].annotation).index("brake")
 
 
