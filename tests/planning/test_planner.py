@@ -168,6 +168,13 @@ def test_a_sighting_of_the_evader_is_not_an_obstacle() -> None:
     assert tree.diagnostics["clearance_m"] < 5.0
 
 
+def test_where_nothing_sees_vehicles_an_obstacle_that_the_evader_flies_through_stays_one() -> None:
+    planner = make_planner("ac2f", limits=limits(), parameters={"vehicle_radius_max_m": 0.0})
+    for tick in range(30):
+        seen = observation(tick / 30, target=(4.0 + tick / 10, 0.0), velocity=(3.0, 0.0), discs=[disc(4.5, 0.1, 0.25)])
+        assert planner.step(seen).diagnostics["clearance_m"] < 5.0
+
+
 @pytest.mark.parametrize("name", ["boundary-seeking", "straight"])
 def test_evaders_reach_the_boundary_and_stop(name: str) -> None:
     evader = make_evader(name, limits=limits(2.5), seed=4)
