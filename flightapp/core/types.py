@@ -25,7 +25,11 @@ class VehicleState:
 
 @dataclass(frozen=True, slots=True)
 class TeamMember:
-    """The newest known state of a teammate; `age_s` is how old it is at the observation's time."""
+    """The newest known state of a teammate.
+
+    `state.t_s` is when `state` is true: the observation's time where it was moved there by its velocity already. `age_s` is how
+    old, at the observation's time, the message is that told it.
+    """
 
     name: str
     state: VehicleState

@@ -175,6 +175,20 @@ def test_where_nothing_sees_vehicles_an_obstacle_that_the_evader_flies_through_s
         assert planner.step(seen).diagnostics["clearance_m"] < 5.0
 
 
+@pytest.mark.parametrize("name", ["ac2f", "adversarial", "boundary-seeking", "voronoi-centroid"])
+def test_a_teammate_is_predicted_from_the_time_of_its_state_so_once_and_not_twice(name: str) -> None:
+    heard = state(9.4, 4.0, -3.0, (-1.0, 3.0))
+    moved = state(10.0, 4.0 - 0.6, -3.0 + 1.8, (-1.0, 3.0))
+    decisions = []
+    for told in (heard, moved):
+        team = (TeamMember("p1", told, "coarse", 4.0, 0.6),)
+        step = make_planner(name, limits=limits()).step if name == "ac2f" else make_evader(name, limits=limits(2.5)).step
+        decisions.append(step(observation(10.0, velocity=(2.0, 0.0), team=team)))
+    as_heard, as_moved = decisions
+    assert as_moved.velocity_ned_m_s == pytest.approx(as_heard.velocity_ned_m_s, abs=1e-9)
+    assert as_moved.diagnostics.get("clearance_m") == pytest.approx(as_heard.diagnostics.get("clearance_m"))
+
+
 @pytest.mark.parametrize("name", ["boundary-seeking", "straight"])
 def test_evaders_reach_the_boundary_and_stop(name: str) -> None:
     evader = make_evader(name, limits=limits(2.5), seed=4)

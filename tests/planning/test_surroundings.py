@@ -80,16 +80,18 @@ def test_look_agrees_with_plain_python(seed: int) -> None:
     random = np.random.default_rng(seed)
     looker = Looker()
     own, velocity = random.uniform(-3, 3, 2), random.uniform(-3, 3, 2)
-    members = np.column_stack((random.uniform(-12, 12, (3, 4)), random.uniform(0.0, 4.0, 3), random.uniform(1.0, 9.0, 3)))
+    age_s, eta_s = random.uniform(0.0, 4.0, 3), random.uniform(1.0, 9.0, 3)
+    told_s = np.where(random.random(3) < 0.5, 1.0, 1.0 - age_s)  # moved to the present already, or as it was heard
+    members = np.column_stack((random.uniform(-12, 12, (3, 4)), told_s, age_s, eta_s))
     target = random.uniform(-15, 15, 4)
     discs = np.column_stack((random.uniform(-20, 20, (30, 2)), random.uniform(0.1, 1.5, 30), random.uniform(-1, 1, (30, 4))))
     team, etas = looker.look(own, velocity, members, target, 0.2, discs)
-    order = [*np.flatnonzero(members[:, 4] <= 2.0), *np.flatnonzero(members[:, 4] > 2.0)]
-    fresh = int((members[:, 4] <= 2.0).sum())
+    order = [*np.flatnonzero(age_s <= 2.0), *np.flatnonzero(age_s > 2.0)]
+    fresh = int((age_s <= 2.0).sum())
     expected = members[order][:, :4].copy()
-    expected[:, :2] += expected[:, 2:] * np.minimum(1.0, members[order][:, 4:5])
+    expected[:, :2] += expected[:, 2:] * np.minimum(1.0, 1.0 - members[order][:, 4:5])
     np.testing.assert_allclose(team, expected, atol=1e-12)
-    np.testing.assert_array_equal(etas, members[order][:, 5])
+    np.testing.assert_array_equal(etas, eta_s[order])
     view = looker.view[0]
     evader = target.copy()
     evader[:2] += 0.1 * target[2:]
@@ -106,7 +108,7 @@ def test_look_agrees_with_plain_python(seed: int) -> None:
 
 def test_without_a_target_nothing_is_known_of_it() -> None:
     looker = Looker()
-    looker.look(np.zeros(3), np.zeros(3), np.zeros((0, 6)), np.zeros(4), math.nan, np.zeros((0, 7)))
+    looker.look(np.zeros(3), np.zeros(3), np.zeros((0, 7)), np.zeros(4), math.nan, np.zeros((0, 7)))
     view = looker.view[0]
     assert (view["target_known"], view["scene_count"], view["distance_m"]) == (0, 0, math.inf)
 
@@ -158,7 +160,8 @@ def test_crossing_agrees_with_the_plane(corners: list[Point], start: Point, end:
 def test_surrounded_is_what_the_capture_rule_says(seed: int, teammates: int) -> None:
     random = np.random.default_rng(seed)
     looker = Looker()
-    members = np.zeros((teammates, 6))
+    members = np.zeros((teammates, 7))
+    members[:, 4] = 1.0
     members[:, :2] = random.uniform(-3.0, 3.0, (teammates, 2))
     own = random.uniform(-3.0, 3.0, 2)
     team, _ = looker.look(own, np.zeros(2), members, np.zeros(4), 0.0, np.zeros((0, 7)))
@@ -172,7 +175,7 @@ def test_capture_needs_the_dwell_without_a_break_and_stays() -> None:
     captured = []
     for tick, near in enumerate([1, 1, 1, 0, 1, 1, 1, 1, 1, 1, 0, 0]):
         own = np.array((1.0 if near else 9.0, 0.0))
-        team, _ = looker.look(own, np.zeros(2), np.zeros((0, 6)), np.zeros(4), 0.0, np.zeros((0, 7)), 0.1 * tick)
+        team, _ = looker.look(own, np.zeros(2), np.zeros((0, 7)), np.zeros(4), 0.0, np.zeros((0, 7)), 0.1 * tick)
         looker.judge(team, np.zeros((0, 4)))
         captured.append(int(looker.memory[0]["captured"]))
     assert captured == [0] * 9 + [1] * 3
@@ -184,7 +187,7 @@ def test_an_evader_that_crosses_has_won_for_good() -> None:
     lost = []
     for tick, north in enumerate((2.0, 1.0, -0.5, 3.0)):
         target = np.array((north, 0.0, 0.0, 0.0))
-        team, _ = looker.look(np.array((20.0, 0.0)), np.zeros(2), np.zeros((0, 6)), target, 0.0, np.zeros((0, 7)), 0.1 * tick)
+        team, _ = looker.look(np.array((20.0, 0.0)), np.zeros(2), np.zeros((0, 7)), target, 0.0, np.zeros((0, 7)), 0.1 * tick)
         looker.judge(team, sides)
         lost.append(int(looker.memory[0]["boundary_lost"]))
     assert lost == [0, 0, 1, 1]

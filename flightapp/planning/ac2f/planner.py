@@ -57,7 +57,7 @@ class Ac2fPlanner:
             north, east, _ = member.state.position_ned_m.tolist()
             v_north, v_east, _ = member.state.velocity_ned_m_s.tolist()
             eta_s = math.nan if member.eta_s is None else member.eta_s
-            self._members[row] = north, east, v_north, v_east, member.age_s, eta_s
+            self._members[row] = north, east, v_north, v_east, member.state.t_s, member.age_s, eta_s
         given = (
             self._parameters,
             self._memory,

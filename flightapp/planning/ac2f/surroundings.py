@@ -25,8 +25,8 @@ from flightapp.planning.ac2f.records import (
 from flightapp.planning.ac2f.scene import add_vehicle, deepest_m, inflate, scene_clearance_m
 from flightapp.planning.compiled import compiled
 
-MEMBER_COLUMNS = 6
-"""A teammate as observed: north, east, v_north, v_east, age_s, eta_s (NaN: unknown)."""
+MEMBER_COLUMNS = 7
+"""A teammate as observed: north, east, v_north, v_east, t_s of these, age_s of what was heard, eta_s (NaN: unknown)."""
 TRAIL_COLUMNS = 3
 """A place of the trail: north, east, t_s."""
 
@@ -51,28 +51,28 @@ def _look_at_self(parameters: Record, memory: Record, position: Array, velocity:
 
 @compiled(void(PARAMETERS_TYPE, ROWS, ROWS, VECTOR, VIEW_TYPE))
 def _look_at_team(parameters: Record, members: Array, team: Array, etas: Array, view: Record) -> None:
-    """Fill team (k, 4) and etas (k,): teammates predicted over the age of their state, the fresh ones first."""
+    """Fill team (k, 4) and etas (k,): teammates predicted from the time of their state to the view's, the fresh ones first."""
     p, v = parameters[0], view[0]
     count = members.shape[0]
     fresh = 0
     for i in range(count):
-        fresh += members[i, 4] <= p.team_stale_s
+        fresh += members[i, 5] <= p.team_stale_s
     v.team_count = fresh
     v.team_complete = fresh == count
     first, behind = 0, fresh
     for i in range(count):
-        if members[i, 4] <= p.team_stale_s:
+        if members[i, 5] <= p.team_stale_s:
             row = first
             first += 1
         else:
             row = behind
             behind += 1
-        ahead_s = min(p.prediction_max_s, max(0.0, members[i, 4]))
+        ahead_s = min(p.prediction_max_s, max(0.0, v.t_s - members[i, 4]))
         team[row, 0] = members[i, 0] + members[i, 2] * ahead_s
         team[row, 1] = members[i, 1] + members[i, 3] * ahead_s
         team[row, 2] = members[i, 2]
         team[row, 3] = members[i, 3]
-        etas[row] = members[i, 5]
+        etas[row] = members[i, 6]
 
 
 @compiled(void(PARAMETERS_TYPE, VECTOR, VECTOR, NUMBER, NUMBER, VIEW_TYPE))

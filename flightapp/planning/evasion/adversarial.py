@@ -29,7 +29,7 @@ class Adversarial:
     def step(self, observation: Observation) -> Decision:
         own = planar(observation.own.position_ned_m)
         goal = self._run.goal(observation)
-        pursuers = pursuer_rows(observation.team)
+        pursuers = pursuer_rows(observation)
         if not self._run.crossed and len(pursuers):
             goal = self._best_response(observation, own, pursuers)
         speed = 0.0 if self._run.crossed else self._speed_max_m_s

@@ -30,7 +30,7 @@ class BoundarySeeking:
     def step(self, observation: Observation) -> Decision:
         own = planar(observation.own.position_ned_m)
         goal = self._run.goal(observation)
-        pursuers = pursuer_rows(observation.team)
+        pursuers = pursuer_rows(observation)
         speed = 0.0 if self._run.crossed else self._speed_max_m_s
         north, east = self._away_from(pursuers, own, self._run.direction(own, goal))
         velocity = self._avoidance.velocity(observation, own, pursuers, (speed * north, speed * east))

@@ -34,7 +34,7 @@ class VoronoiCentroid:
     def step(self, observation: Observation) -> Decision:
         own = planar(observation.own.position_ned_m)
         nearest = self._run.goal(observation)
-        pursuers = pursuer_rows(observation.team)
+        pursuers = pursuer_rows(observation)
         centroid = self._centroid(observation, own, pursuers)
         wish = (0.0, 0.0) if self._run.crossed else self._wish(own, centroid, self._run.direction(own, nearest))
         velocity = self._avoidance.velocity(observation, own, pursuers, wish)
