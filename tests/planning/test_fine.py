@@ -57,7 +57,8 @@ def test_the_evaluation_agrees_with_plain_numpy(
     action = moment.fine((3.0, 4.0), history=history)
     alpha, beta, gamma = PARAMETERS.weight_heading, PARAMETERS.weight_clearance, PARAMETERS.weight_velocity
     weights = np.array((gamma, beta, alpha, -0.15) if near else (alpha, beta, gamma, -0.15))
-    aim = np.array((0.6, 0.8)) * PARAMETERS.aim_distance_m
+    horizon_s = PARAMETERS.horizon_terminal_s if near else PARAMETERS.horizon_s
+    aim = np.array((0.6, 0.8)) * (PARAMETERS.aim_distance_m + limits().speed_max_m_s * horizon_s)
     scores, verdict, total = reference(moment, aim, history[-PARAMETERS.history_samples :], weights, near)
     np.testing.assert_array_equal(moment.workspace.verdicts, verdict)
     assert (action["collisions"], action["brakings"]) == ((verdict == 1).sum(), (verdict == 2).sum())
@@ -101,6 +102,14 @@ def test_a_command_is_inside_the_window_and_its_arc_stops_clear(seed: int, speed
     places = np.cumsum(pace[:, None] * np.stack((np.cos(heading), np.sin(heading)), axis=1), axis=0) * 0.005
     gaps = np.hypot(places[:, None, 0] - scene[:, 0], places[:, None, 1] - scene[:, 1]) - scene[:, 2]
     assert gaps.min() > -0.05
+
+
+def test_a_way_free_is_flown_at_top_speed_but_the_goal_itself_as_aim_is_not_passed() -> None:
+    top_speed = (limits().speed_max_m_s, 0.0)
+    onwards = Moment(PARAMETERS, scene_of([]), top_speed).fine(top_speed, goal=(3.0, 0.0))
+    literal = Moment(Ac2fParameters(aim="goal"), scene_of([]), top_speed).fine(top_speed, goal=(3.0, 0.0))
+    assert onwards["velocity_n"] == pytest.approx(limits().speed_max_m_s)
+    assert literal["velocity_n"] < limits().speed_max_m_s - 0.1
 
 
 def test_without_admissibility_a_way_into_a_wall_is_flown_until_it_touches() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numba
 import numpy as np
@@ -22,6 +22,7 @@ from flightapp.planning.critics import best_candidate, clearance_score, heading_
 Record = NDArray[np.void]
 TERMS = ("heading", "clearance", "velocity", "memory")
 HEADING, CLEARANCE, VELOCITY, MEMORY = range(4)
+GOAL = get_args(Ac2fParameters.model_fields["aim"].annotation).index("goal")
 STANDING_M_S = 0.1  # below this speed there is no arc to brake along
 
 
@@ -215,16 +216,19 @@ def fine(
 
     share = seen_share(wish * math.cos(course), wish * math.sin(course), unseen, gains.unseen_speed_m_s)
     _sample(parameters, speed, turn, wish * share, workspace)
+    short = near and gains.terminal_adaptation != 0
+    horizon_s = gains.horizon_terminal_s if short else gains.horizon_s
+    aim_m = gains.aim_distance_m + gains.speed_max_m_s * horizon_s
     best = _evaluate(
         parameters,
         seen.ahead_n,
         seen.ahead_e,
         course,
-        seen.own_n + gains.aim_distance_m * direction_n,
-        seen.own_e + gains.aim_distance_m * direction_e,
+        intent[0].goal_n if gains.aim == GOAL else seen.own_n + aim_m * direction_n,
+        intent[0].goal_e if gains.aim == GOAL else seen.own_e + aim_m * direction_e,
         scene,
         history,
-        1 if near and gains.terminal_adaptation != 0 else 0,
+        1 if short else 0,
         gains.memory_weight if memory[0].trapped != 0 else 0.0,
         workspace,
         action,

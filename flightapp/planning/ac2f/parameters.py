@@ -89,8 +89,11 @@ class Ac2fParameters(StrategyParameters):
     """beta."""
     weight_velocity: float = Field(default=0.3118, ge=0)
     """gamma at or above the fine distance; swapped with alpha below it."""
+    aim: Literal["wish", "goal"] = "wish"
+    """Headings are judged against a place in the direction of the wish that no arc passes within the horizon, or against the
+    goal itself (the source's form): arcs that pass it point away from it, so a vehicle that near slows down and trails."""
     aim_distance_m: float = Field(default=3.0, gt=0)
-    """Headings are judged against a place this far ahead in the direction of the wish."""
+    """The place in the direction of the wish is this far beyond what is reached within the horizon at top speed."""
     standing_speed_m_s: float = Field(default=0.3, ge=0)
     """Below this speed the course is the nose's, or any near the evader; a search has arrived."""
     search_turn_rad: float = Field(default=0.5, gt=0)

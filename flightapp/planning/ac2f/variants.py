@@ -23,7 +23,9 @@ PLAIN_FIELD: Values = {"lead": False, "avoidance": "field", "guidance": False}
 
 VARIANTS: Mapping[str, Variant] = {
     "ac2f": Variant(),
-    "ac2f-literal": Variant({**PLAIN_FIELD, "raw_scores": True, "no_admissible": "brake"}, {"admissibility": False}),
+    "ac2f-literal": Variant(
+        {**PLAIN_FIELD, "aim": "goal", "raw_scores": True, "no_admissible": "brake"}, {"admissibility": False}
+    ),
     "ac2f-no-memory": Variant({"memory_weight": 0.0, "guidance": False}),
     "ac2f-no-terminal": Variant({"terminal_adaptation": False}),
     "apf": Variant({**PLAIN_FIELD, "stages": "coarse", "goal": "evader"}),
