@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flightapp.core.angles import wrap_pi
+from flightapp.core.bearing import wrapped_rad
 from flightapp.core.types import Limits
-from flightapp.planning.ac2f.bearing import wrapped_rad
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.records import parameter_record
 from flightapp.planning.ac2f.slots import free_slot_bearing_rad, slack_rad, slot_bearing_rad

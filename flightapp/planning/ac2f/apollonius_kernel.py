@@ -14,8 +14,8 @@ import math
 
 import numpy as np
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.compiled import compiled
 
 DISC = 0.0
 HALF_PLANE = 1.0

@@ -6,10 +6,10 @@ import math
 
 import numba
 
-from flightapp.planning.ac2f.bearing import wrapped_rad
+from flightapp.core.bearing import wrapped_rad
+from flightapp.core.compiled import compiled
 from flightapp.planning.ac2f.braking import braking_speed_m_s
 from flightapp.planning.ac2f.records import PARAMETERS_TYPE, Record
-from flightapp.planning.compiled import compiled
 
 PLANAR_TYPE = numba.types.UniTuple(numba.float64, 2)  # type: ignore[no-untyped-call]
 _WAY = numba.types.UniTuple(numba.float64, 3)  # type: ignore[no-untyped-call]

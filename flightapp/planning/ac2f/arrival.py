@@ -6,9 +6,9 @@ import math
 
 import numba
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.records import PARAMETERS_TYPE, Record
-from flightapp.planning.compiled import compiled
 
 
 @compiled("f8(f8,f8,f8,f8,f8)")

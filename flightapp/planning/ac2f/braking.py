@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from flightapp.planning.compiled import compiled
+from flightapp.core.compiled import compiled
 
 
 @compiled("f8(f8,f8,f8)")

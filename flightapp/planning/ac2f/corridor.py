@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.records import NUMBER, ROWS, TRUTH, WHOLE
-from flightapp.planning.compiled import compiled
 
 GRACE_M = 0.02  # a disc around the vehicle shrinks to this much less than the distance, as in the scene
 

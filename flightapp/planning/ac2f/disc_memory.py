@@ -11,11 +11,11 @@ import math
 import numpy as np
 from numba import void
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.recollection import BUCKETS, DISCS, RECOLLECTION_TYPE
 from flightapp.planning.ac2f.records import MEMORY_TYPE, NUMBER, PARAMETERS_TYPE, ROWS, TRUTH, VIEW_TYPE, WHOLE, Record
 from flightapp.planning.ac2f.scene import fill, is_near_any
-from flightapp.planning.compiled import compiled
 
 SIGHTINGS_MAX = 10.0
 CLEAR_S = 0.3  # looked through for this long: gone

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from flightapp.planning.compiled import compiled
+from flightapp.core.compiled import compiled
 
 ROUNDING = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to the nearest whole number
 PI_HIGH = 3.141592653589793

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.corridor import blocking_disc
 from flightapp.planning.ac2f.grid_search import MIDDLE, draw_ground, free_cell, search_ground, trace_steps
 from flightapp.planning.ac2f.recollection import CORNERS, RECOLLECTION_TYPE, SIDE
 from flightapp.planning.ac2f.records import NUMBER, ROWS, WHOLE, Record
-from flightapp.planning.compiled import compiled
 
 REACH = MIDDLE - 4  # cells: a goal farther off is searched at this distance
 FREE_CELLS = 6  # a goal inside a disc is moved to a free cell within so many

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.braking import braking_speed_m_s
-from flightapp.planning.compiled import compiled
 
 
 @compiled("UniTuple(f8,2)(f8[:,::1],f8,f8,f8,f8,f8)")

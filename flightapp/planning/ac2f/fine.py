@@ -9,6 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.free_gap import free_gap_rad
 from flightapp.planning.ac2f.looking import nose_rad, seen_share
@@ -16,7 +17,6 @@ from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.records import ACTION_TYPE, INTENT_TYPE, MEMORY_TYPE, PARAMETERS_TYPE, VIEW_TYPE
 from flightapp.planning.ac2f.sweep import BRAKING, COLLISION, roll_out, sweep
 from flightapp.planning.ac2f.window import sample_window
-from flightapp.planning.compiled import compiled
 from flightapp.planning.critics import best_candidate, clearance_score, heading_score, memory_score, velocity_score
 
 Record = NDArray[np.void]

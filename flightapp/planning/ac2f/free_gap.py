@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from flightapp.core.angles import TWO_PI
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.compiled import compiled
 
 
 @compiled("f8(f8[:,::1],f8,f8,f8)")

@@ -11,11 +11,11 @@ import math
 
 from numba import void
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.corridor import kept_m
 from flightapp.planning.ac2f.recollection import CELLS, OPEN, RECOLLECTION_TYPE, RING, SIDE, STEPS
 from flightapp.planning.ac2f.records import NUMBER, ROWS, WHOLE, Record
-from flightapp.planning.compiled import compiled
 
 MIDDLE = SIDE // 2
 START = MIDDLE * SIDE + MIDDLE

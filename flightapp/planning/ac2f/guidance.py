@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numba import void
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.corridor import blocking_disc, is_in_group
 from flightapp.planning.ac2f.escape import find_way
@@ -27,7 +28,6 @@ from flightapp.planning.ac2f.records import (
     WHOLE,
     Record,
 )
-from flightapp.planning.compiled import compiled
 
 REACHED_M = 0.7
 FREE_S = 0.2  # the straight way is free for this long: it is over

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from numba import void
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.records import MEMORY_TYPE, NUMBER, ROWS, WHOLE, Record
-from flightapp.planning.compiled import compiled
 
 
 @compiled(void(MEMORY_TYPE, *(NUMBER,) * 4, ROWS))

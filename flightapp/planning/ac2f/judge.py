@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numba import void
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.history import variance_m2
 from flightapp.planning.ac2f.records import MEMORY_TYPE, NUMBER, PARAMETERS_TYPE, ROWS, TRUTH, VIEW_TYPE, WHOLE, Record
 from flightapp.planning.ac2f.stage import COARSE, FINE, NO_CHANGE, next_stage
 from flightapp.planning.boundary import is_crossed
 from flightapp.planning.capture import closest_approach_m, dwell_since_s, encloses, has_dwelt
-from flightapp.planning.compiled import compiled
 
 FIRST = 0
 """Value of the parameter `capture.mode`."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from flightapp.core.angles import TWO_PI
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.compiled import compiled
 
 
 @compiled("b1(f8,f8[:,::1])")

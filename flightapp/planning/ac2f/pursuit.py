@@ -19,6 +19,7 @@ from typing import get_args
 import numba
 import numpy as np
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.apollonius_kernel import solve_game
 from flightapp.planning.ac2f.approach import PLANAR_TYPE, approach_velocity, contact_velocity
@@ -35,7 +36,6 @@ from flightapp.planning.ac2f.records import (
 from flightapp.planning.ac2f.slots import free_slot_bearing_rad, slack_rad, slot_bearing_rad
 from flightapp.planning.ac2f.stage import FINE, TRACKING
 from flightapp.planning.capture import CaptureRule
-from flightapp.planning.compiled import compiled
 
 UNION = get_args(Ac2fParameters.model_fields["game"].annotation).index("union")
 EVADER = get_args(Ac2fParameters.model_fields["goal"].annotation).index("evader")

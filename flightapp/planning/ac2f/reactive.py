@@ -8,12 +8,12 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.field import deflected, field_velocity
 from flightapp.planning.ac2f.looking import nose_rad, seen_share
 from flightapp.planning.ac2f.records import ACTION_TYPE, MEMORY_TYPE, PARAMETERS_TYPE, VIEW_TYPE
 from flightapp.planning.ac2f.safe_velocity import PAIR_TYPE, Braking, safe_velocity
-from flightapp.planning.compiled import compiled
 
 Record = NDArray[np.void]
 SCENE_TYPE = numba.types.Array(numba.float64, 2, "C")

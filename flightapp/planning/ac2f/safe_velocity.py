@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.braking import braking_speed_m_s
-from flightapp.planning.compiled import compiled
 
 DIRECTIONS = 36
 SPEEDS = 6

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.compiled import compiled
 
 GRACE_M = 0.02
 SCENE_COLUMNS = 6

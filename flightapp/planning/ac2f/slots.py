@@ -7,10 +7,10 @@ import math
 import numba
 
 from flightapp.core.angles import TWO_PI
+from flightapp.core.bearing import wrapped_rad
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.ac2f.bearing import wrapped_rad
 from flightapp.planning.ac2f.records import PARAMETERS_TYPE, Record
-from flightapp.planning.compiled import compiled
 
 SHIFTS = 13  # bearings that a slot may be moved to, its own included
 

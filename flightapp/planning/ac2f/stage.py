@@ -6,9 +6,9 @@ import math
 
 import numba
 
+from flightapp.core.compiled import compiled
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.records import NUMBER, PARAMETERS_TYPE, TRUTH, WHOLE, Record
-from flightapp.planning.compiled import compiled
 
 HOLD, SEARCH, COARSE, FINE, TRACKING = range(5)
 STAGES = ("hold", "search", "coarse", "fine", "tracking")

@@ -9,8 +9,9 @@ import numpy as np
 from numba import void
 from numpy.typing import NDArray
 
+from flightapp.core.bearing import wrapped_rad
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.ac2f.bearing import wrapped_rad
 from flightapp.planning.ac2f.fine import VERDICTS_TYPE, fine
 from flightapp.planning.ac2f.guidance import guide
 from flightapp.planning.ac2f.history import sample_position
@@ -38,7 +39,6 @@ from flightapp.planning.ac2f.records import (
 from flightapp.planning.ac2f.stage import FINE, HOLD, SEARCH, TRACKING
 from flightapp.planning.ac2f.surroundings import look
 from flightapp.planning.ac2f.workspace import POSITIONS_TYPE, workspace_of
-from flightapp.planning.compiled import compiled
 
 BRAKE = get_args(Ac2fParameters.model_fields["no_admissible"].annotation).index("brake")
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import void
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.disc_memory import recall_discs, remember_discs
 from flightapp.planning.ac2f.parameters import Ac2fParameters
@@ -23,7 +24,6 @@ from flightapp.planning.ac2f.records import (
     Record,
 )
 from flightapp.planning.ac2f.scene import add_vehicle, deepest_m, inflate, scene_clearance_m
-from flightapp.planning.compiled import compiled
 
 MEMBER_COLUMNS = 7
 """A teammate as observed: north, east, v_north, v_east, t_s of these, age_s of what was heard, eta_s (NaN: unknown)."""

@@ -11,9 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.elementary import sin_cos
-from flightapp.planning.compiled import compiled
 
 ADMISSIBLE = 0
 COLLISION = 1

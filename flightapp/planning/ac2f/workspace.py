@@ -6,10 +6,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.fine import ROWS_TYPE, VERDICTS_TYPE, WORKSPACE_TYPE, Workspace, steps_of
 from flightapp.planning.ac2f.parameters import Ac2fParameters
-from flightapp.planning.compiled import compiled
 
 POSITIONS_TYPE = numba.types.Array(numba.float64, 3, "C")
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.compiled import compiled
 
 
 @compiled("void(f8[::1],f8,f8[::1])")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.elementary import angle
-from flightapp.planning.compiled import compiled
 
 
 @compiled("void(f8[::1],f8[::1],f8[::1],f8[::1],f8,f8,f8[::1])")

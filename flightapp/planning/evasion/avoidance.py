@@ -9,12 +9,12 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array, Limits, Observation
 from flightapp.planning.ac2f.field import deflected
 from flightapp.planning.ac2f.records import Record
 from flightapp.planning.ac2f.safe_velocity import F8, PAIR_TYPE, SCENE_TYPE, Braking, safe_velocity
 from flightapp.planning.ac2f.scene import SCENE_COLUMNS, add_vehicle, inflate
-from flightapp.planning.compiled import compiled
 from flightapp.planning.evasion.parameters import AvoidingParameters
 from flightapp.planning.plane import Point, planar
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array, Observation
 from flightapp.planning.ac2f.edge import NO_EDGE, Edge
 from flightapp.planning.boundary import is_crossed
-from flightapp.planning.compiled import compiled
 from flightapp.planning.plane import Point, planar, towards
 
 AT_THE_GOAL_M = 0.5

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.compiled import compiled
 
 COINCIDENT_M = 1e-9
 AREA_MIN_M2 = 1e-9

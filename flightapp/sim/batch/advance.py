@@ -8,8 +8,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.compiled import compiled
 from flightapp.sim.batch.contact import NEVER, closest_m, crossing, first_within
 from flightapp.sim.batch.moving_discs import disc_at
 from flightapp.sim.batch.multirotor import blow, fly_frame

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from flightapp.planning.compiled import compiled
+from flightapp.core.compiled import compiled
 
 NEVER = 2.0
 """Later than the end of the way, which is at 1."""

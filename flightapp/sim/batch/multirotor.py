@@ -6,10 +6,10 @@ import math
 
 import numba
 
-from flightapp.planning.compiled import compiled
+from flightapp.core.bearing import wrapped_rad
+from flightapp.core.compiled import compiled
 from flightapp.sim.batch.noise import normal
 from flightapp.sim.batch.records import FRAME_TYPE, VEHICLE_TYPE, WORLD_TYPE, Records
-from flightapp.sim.batch.unicycle import wrapped
 
 YAW_GAIN_1_S = 3.0
 YAW_BRAKING_SHARE = 0.8
@@ -59,9 +59,9 @@ def fly_frame(
     v.n += 0.5 * step_s * (v.vn + after_n)
     v.e += 0.5 * step_s * (v.ve + after_e)
     v.vn, v.ve = after_n, after_e
-    error = wrapped(yaw_rad - v.yaw)
+    error = wrapped_rad(yaw_rad - v.yaw)
     rate = min(YAW_GAIN_1_S * abs(error), YAW_BRAKING_SHARE * math.sqrt(2.0 * frame.yaw_acceleration_max * abs(error)))
     rate = math.copysign(min(rate, frame.yaw_rate_max), error)
     reach = frame.yaw_acceleration_max * step_s
     v.yaw_rate += min(reach, max(-reach, rate - v.yaw_rate))
-    v.yaw = wrapped(v.yaw + v.yaw_rate * step_s)
+    v.yaw = wrapped_rad(v.yaw + v.yaw_rate * step_s)

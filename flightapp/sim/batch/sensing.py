@@ -8,12 +8,12 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from flightapp.core.bearing import wrapped_rad
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.compiled import compiled
 from flightapp.sim.batch.moving_discs import disc_at
 from flightapp.sim.batch.noise import normal
 from flightapp.sim.batch.records import FRAME_TYPE, SENSOR_TYPE, WORLD_TYPE, Records
-from flightapp.sim.batch.unicycle import wrapped
 
 RADIUS_MIN_M = 0.02
 EPSILON_RAD = 1e-12
@@ -33,7 +33,7 @@ def hidden(views: Array, count: int, j: int, low: float, high: float) -> bool:
         reached = at
         for k in range(count):
             if k != j and views[k, 2] < views[j, 2]:
-                middle = wrapped(views[k, 0] - views[j, 0])
+                middle = wrapped_rad(views[k, 0] - views[j, 0])
                 if middle - views[k, 1] <= at + EPSILON_RAD:
                     reached = max(reached, middle + views[k, 1])
         if reached >= high:
@@ -47,7 +47,7 @@ def hidden(views: Array, count: int, j: int, low: float, high: float) -> bool:
 @compiled(numba.boolean(numba.float64, numba.float64, numba.float64))
 def _in_view(bearing: float, half: float, half_view: float) -> bool:
     """Whether any part of a disc at `bearing` from the nose is in the field of view."""
-    return half_view >= math.pi or abs(wrapped(bearing)) - half < half_view
+    return half_view >= math.pi or abs(wrapped_rad(bearing)) - half < half_view
 
 
 @compiled(numba.int64(WORLD_TYPE, SENSOR_TYPE, FRAME_TYPE, _ROWS, numba.float64[::1], _LAYERS, numba.int64, _ROWS, _ROWS, _ROWS))
@@ -105,7 +105,7 @@ def _look(
                 continue
             low, high = -views[j, 1], views[j, 1]
             if sensor.half_view < 0.5 * math.pi:
-                middle = wrapped(yaw - views[j, 0])
+                middle = wrapped_rad(yaw - views[j, 0])
                 low, high = max(low, middle - sensor.half_view), min(high, middle + sensor.half_view)
             if hidden(views, count, j, low, high):
                 continue
@@ -194,6 +194,6 @@ def sense(
         if half_view < math.pi:
             step = max(0, world[0].tick * world[0].sub_steps - sensors[i].latency_steps)
             yaw = poses[step % len(poses), i, 4]
-            unseen[i, 0], unseen[i, 1] = wrapped(yaw + half_view), wrapped(yaw - half_view)
+            unseen[i, 0], unseen[i, 1] = wrapped_rad(yaw + half_view), wrapped_rad(yaw - half_view)
     if world[0].target_needs_sight == 1:
         world[0].target_seen = target_in_sight(world, sensors, discs, area, poses)

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from scipy.sparse.csgraph import dijkstra
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.compiled import compiled
 
 CORNERS = 24
 """Of the polygon around a disc: its perimeter is 1 % longer than the circle's."""

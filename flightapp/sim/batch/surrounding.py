@@ -7,8 +7,8 @@ import math
 import numba
 import numpy as np
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.compiled import compiled
 from flightapp.sim.batch.records import VEHICLE_TYPE, Records
 
 

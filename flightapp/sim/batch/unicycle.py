@@ -6,20 +6,12 @@ import math
 
 import numba
 
-from flightapp.planning.compiled import compiled
+from flightapp.core.bearing import wrapped_rad
+from flightapp.core.compiled import compiled
 from flightapp.sim.batch.records import FRAME_TYPE, VEHICLE_TYPE, Records
 
 STANDING_M_S = 0.05
 STRAIGHT_RAD_S = 1e-9
-
-
-@compiled("f8(f8)")
-def wrapped(angle_rad: float) -> float:
-    """In (-pi, pi]."""
-    if -math.pi < angle_rad <= math.pi:
-        return angle_rad
-    turned = angle_rad - 2.0 * math.pi * math.floor((angle_rad + math.pi) / (2.0 * math.pi))
-    return turned if turned > -math.pi else math.pi
 
 
 @compiled(numba.void(VEHICLE_TYPE, FRAME_TYPE, numba.int64, *[numba.float64] * 4))
@@ -34,7 +26,7 @@ def steer(
     vehicle, frame = vehicles[i], frames[i]
     wanted = min(math.hypot(command_n, command_e), frame.speed_max)
     course = math.atan2(command_e, command_n) if wanted > STANDING_M_S else yaw_rad
-    error = wrapped(course - vehicle.yaw)
+    error = wrapped_rad(course - vehicle.yaw)
     change = frame.yaw_acceleration_max * period_s
     low = max(-frame.yaw_rate_max, vehicle.yaw_rate - change)
     high = min(frame.yaw_rate_max, vehicle.yaw_rate + change)
@@ -59,6 +51,6 @@ def fly_arc(vehicles: Records, i: int, step_s: float) -> None:
     else:
         vehicle.n += speed * step_s * math.cos(course)
         vehicle.e += speed * step_s * math.sin(course)
-    vehicle.yaw = wrapped(after)
+    vehicle.yaw = wrapped_rad(after)
     vehicle.vn = speed * math.cos(vehicle.yaw)
     vehicle.ve = speed * math.sin(vehicle.yaw)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.planning.compiled import compiled
 
 CHUNK = 128
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from flightapp.core.angles import TWO_PI
-from flightapp.planning.compiled import compiled
+from flightapp.core.compiled import compiled
 
 
 @compiled("f8(f8)")

@@ -9,10 +9,10 @@ from types import ModuleType
 
 import pytest
 
-from flightapp.planning import compiled
+from flightapp.core import compiled
 
 INNER = """
-from flightapp.planning.compiled import compiled
+from flightapp.core.compiled import compiled
 
 GAIN = 2.0
 
@@ -21,7 +21,7 @@ def inner(x):
     return {expression}
 """
 OUTER = """
-from flightapp.planning.compiled import compiled
+from flightapp.core.compiled import compiled
 from inner_kernels import inner
 
 @compiled("f8(f8)")
