@@ -2,6 +2,8 @@
 
 Clearance is the distance from the surface of a body (disc of `body_radius_m`) to the surface of a disc; negative means
 overlap. Everything is planar (north, east).
+
+The compiled functions are for kernels, which inline them; those on arrays are the same in NumPy.
 """
 
 from __future__ import annotations
@@ -10,9 +12,32 @@ import math
 
 import numpy as np
 
+from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 
 NO_OBSTACLE_M = 1e9
+
+
+@compiled("f8(f8,f8,f8)")
+def gap_m(north: float, east: float, reach_m: float) -> float:
+    """Gap between two things whose centres are (north, east) m apart and whose radii together are `reach_m`."""
+    return math.hypot(north, east) - reach_m
+
+
+@compiled("f8(f8,f8,f8,f8)")
+def nearest_share(north: float, east: float, along_n: float, along_e: float) -> float:
+    """How much, in [0, 1], of the way that starts at (north, east) and goes by `along` leads to its nearest place to zero."""
+    length2 = along_n * along_n + along_e * along_e
+    if length2 == 0.0:
+        return 0.0
+    return min(1.0, max(0.0, -(north * along_n + east * along_e) / length2))
+
+
+@compiled("f8(f8,f8,f8,f8,f8)")
+def way_gap_m(north: float, east: float, along_n: float, along_e: float, reach_m: float) -> float:
+    """Smallest gap, as `gap_m`, while the centres' offset goes straight from (north, east) by `along`: both may move."""
+    share = nearest_share(north, east, along_n, along_e)
+    return gap_m(north + share * along_n, east + share * along_e, reach_m)
 
 
 def disc_clearances_m(point_m: Array, discs: Array, body_radius_m: float) -> Array:
@@ -43,15 +68,3 @@ def miss_m(offset_m: tuple[float, float], velocity_m_s: tuple[float, float]) -> 
     if closing <= 0.0:
         return distance
     return abs(offset_m[0] * velocity_m_s[1] - offset_m[1] * velocity_m_s[0]) / math.hypot(*velocity_m_s)
-
-
-def segment_clearance_m(start_m: Array, end_m: Array, discs: Array, body_radius_m: float) -> float:
-    """Smallest clearance of a body that moves along the segment `start_m` -> `end_m` (2,) to static `discs` (n, >=3)."""
-    if len(discs) == 0:
-        return NO_OBSTACLE_M
-    along = end_m - start_m
-    length2 = float(along @ along)
-    offset = discs[:, :2] - start_m
-    fraction = np.zeros(len(discs)) if length2 == 0.0 else np.clip(offset @ along / length2, 0.0, 1.0)
-    gap = offset - fraction[:, None] * along
-    return float((np.hypot(gap[:, 0], gap[:, 1]) - discs[:, 2]).min()) - body_radius_m

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Literal
 
-import numpy as np
 from pydantic import Field
 
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.parameters import StrategyParameters
-from flightapp.planning.plane import Point
 
 
 class CaptureRule(StrategyParameters):
@@ -40,18 +37,6 @@ class CaptureRule(StrategyParameters):
     def slot_radius_m(self) -> float:
         """Radius to fly to: the hold radius, and well inside the capture radius."""
         return min(self.hold_radius_m, 0.8 * self.radius_m)
-
-
-@compiled("f8(f8,f8,f8,f8)")
-def closest_approach_m(before_n: float, before_e: float, now_n: float, now_e: float) -> float:
-    """Smallest distance of two vehicles that moved along straight segments in the same time, from their offset before and now."""
-    dn = now_n - before_n
-    de = now_e - before_e
-    length2 = dn * dn + de * de
-    fraction = 0.0
-    if length2 > 0.0:
-        fraction = min(1.0, max(0.0, -(before_n * dn + before_e * de) / length2))
-    return math.hypot(before_n + fraction * dn, before_e + fraction * de)
 
 
 @compiled("void(f8[::1])")
@@ -89,14 +74,6 @@ def encloses(bearings_rad: Array, angular_gap_min_deg: float) -> bool:
     return bool(gap < math.pi)
 
 
-def encircled(evader: Point, pursuers: Sequence[Point], rule: CaptureRule) -> bool:
-    """Whether `pursuers`, all of them, surround `evader` within the rule's zone."""
-    if not pursuers or any(math.dist(pursuer, evader) > rule.zone_m for pursuer in pursuers):
-        return False
-    bearings = np.array([math.atan2(e - evader[1], n - evader[0]) for n, e in pursuers])
-    return encloses(bearings, rule.angular_gap_min_deg)
-
-
 @compiled("f8(f8,f8,b1)")
 def dwell_since_s(since_s: float, t_s: float, holds: bool) -> float:
     """Since when a condition holds without a break; NaN where it does not."""
@@ -109,17 +86,3 @@ def dwell_since_s(since_s: float, t_s: float, holds: bool) -> float:
 def has_dwelt(since_s: float, t_s: float, duration_s: float) -> bool:
     """Whether what holds since `since_s` (NaN: it does not) has held for `duration_s`."""
     return bool(t_s - since_s >= duration_s - 1e-9)
-
-
-class Dwell:
-    """Latches once a condition has held without a break for `duration_s`."""
-
-    def __init__(self, duration_s: float) -> None:
-        self._duration_s = duration_s
-        self._since_s = math.nan
-        self.done = False
-
-    def update(self, t_s: float, holds: bool) -> bool:
-        self._since_s = dwell_since_s(self._since_s, t_s, holds)
-        self.done = self.done or has_dwelt(self._since_s, t_s, self._duration_s)
-        return self.done

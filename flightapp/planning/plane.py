@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 
+from flightapp.core.clearance import nearest_share
 from flightapp.core.types import Array, Boundary
 
 Point = tuple[float, float]
@@ -48,10 +49,7 @@ def nearest_on_segment(point: Point, segment: Segment) -> Point:
     """The point of `segment` nearest to `point`."""
     (an, ae), (bn, be) = segment
     dn, de = bn - an, be - ae
-    length2 = dn * dn + de * de
-    if length2 == 0.0:
-        return an, ae
-    fraction = min(1.0, max(0.0, ((point[0] - an) * dn + (point[1] - ae) * de) / length2))
+    fraction = nearest_share(an - point[0], ae - point[1], dn, de)
     return an + fraction * dn, ae + fraction * de
 
 

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from flightapp.config.mission import Obstacles
-from flightapp.core.clearance import NO_OBSTACLE_M
+from flightapp.core.clearance import NO_OBSTACLE_M, gap_m
 from flightapp.core.types import Array
 
 _SAMPLE_STEP_M = 0.02
@@ -108,7 +108,7 @@ def _with_height(planar, above_top):  # type: ignore[no-untyped-def]
 def _signed_distance(north, east, down, ground, cylinders, boxes):  # type: ignore[no-untyped-def]
     nearest = NO_OBSTACLE_M
     for i in range(cylinders.shape[0]):
-        planar = math.hypot(north - cylinders[i, 0], east - cylinders[i, 1]) - cylinders[i, 2]
+        planar = gap_m(north - cylinders[i, 0], east - cylinders[i, 1], cylinders[i, 2])
         nearest = min(nearest, _with_height(planar, (ground - cylinders[i, 3]) - down))
     for i in range(boxes.shape[0]):
         n, e = north - boxes[i, 0], east - boxes[i, 1]

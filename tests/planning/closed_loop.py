@@ -18,6 +18,7 @@ import numpy as np
 from flightapp.config.mission import Box, Mission, load_mission
 from flightapp.config.profile import load_profile
 from flightapp.core.angles import wrap_pi
+from flightapp.core.clearance import clearance_m
 from flightapp.core.types import (
     Array,
     Boundary,
@@ -32,11 +33,12 @@ from flightapp.core.types import (
 )
 from flightapp.planning import make_evader, make_planner
 from flightapp.planning.api import Planner
-from flightapp.planning.capture import CaptureRule, Dwell, encircled
+from flightapp.planning.capture import CaptureRule
 from flightapp.planning.plane import crosses, segments
 from flightapp.safety.api import SafetyContext
 from flightapp.safety.supervisor import Supervisor, make_supervisor
 from flightapp.sim.multirotor import Command, Multirotor, MultirotorLimits, Wind
+from tests.planning.capture_reference import Dwell, encircled
 
 DT_S = 1.0 / 30.0
 LAG_S = 0.25
@@ -396,9 +398,7 @@ def _judge(flight: Flight, scenario: Scenario, bodies: list[Body]) -> None:
     body_radius = bodies[0].limits.body_radius_m
     for index, body in enumerate(bodies[:-1]):
         if len(scenario.world):
-            offset = scenario.world[:, :2] - body.position
-            clearance = float((np.hypot(offset[:, 0], offset[:, 1]) - scenario.world[:, 2]).min()) - body_radius
-            flight.clearance_m = min(flight.clearance_m, clearance)
+            flight.clearance_m = min(flight.clearance_m, clearance_m(body.position, scenario.world, body_radius))
         evader = float(np.hypot(*(body.position - bodies[-1].position)))
         flight.evader_distance_m = min(flight.evader_distance_m, evader)
         for other in bodies[index + 1 : -1]:

@@ -19,8 +19,9 @@ from flightapp.planning.ac2f.records import VIEW, blank_memory, parameter_record
 from flightapp.planning.ac2f.scene import inflate
 from flightapp.planning.ac2f.surroundings import follow_others, look
 from flightapp.planning.boundary import is_crossed
-from flightapp.planning.capture import CaptureRule, closest_approach_m, encircled
+from flightapp.planning.capture import CaptureRule
 from flightapp.planning.plane import Point, crosses
+from tests.planning.capture_reference import encircled
 from tests.planning.closed_loop import limits
 
 PLACE = st.tuples(st.floats(-20, 20), st.floats(-20, 20))
@@ -140,13 +141,6 @@ def test_a_disc_where_a_vehicle_is_or_was_is_no_obstacle(trail: list[Point], rad
     count = inflate(discs, 0.0, 0.0, 0.0, 0.8, 15.0, places, 0.25, 0.6, np.zeros((1, 6)))
     is_vehicle = radius <= 0.6 and any(math.dist((2.0, 1.0), place) < radius + 0.25 for place in trail)
     assert count == (0 if is_vehicle else 1)
-
-
-@given(PLACE, PLACE)
-def test_closest_approach_is_that_of_many_moments(before: Point, now: Point) -> None:
-    moments = np.linspace(0.0, 1.0, 2001)[:, None]
-    distances = np.linalg.norm((1.0 - moments) * before + moments * now, axis=1)
-    assert closest_approach_m(*before, *now) == pytest.approx(distances.min(), abs=0.03)
 
 
 @given(st.lists(PLACE, min_size=2, max_size=5), PLACE, PLACE)

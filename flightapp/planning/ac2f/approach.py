@@ -7,6 +7,7 @@ import math
 import numba
 
 from flightapp.core.bearing import wrapped_rad
+from flightapp.core.clearance import way_gap_m
 from flightapp.core.compiled import compiled
 from flightapp.planning.ac2f.braking import braking_speed_m_s
 from flightapp.planning.ac2f.records import PARAMETERS_TYPE, Record
@@ -18,14 +19,6 @@ Way = tuple[float, float, float]
 """First direction (unit north, east) and length (m)."""
 
 
-@compiled("f8(f8,f8,f8,f8)")
-def _nearest_m(north: float, east: float, along_n: float, along_e: float) -> float:
-    """Smallest distance from the origin of the segment from (north, east) by `along`."""
-    length2 = along_n * along_n + along_e * along_e
-    fraction = min(1.0, max(0.0, -(north * along_n + east * along_e) / length2))
-    return math.hypot(north + fraction * along_n, east + fraction * along_e)
-
-
 @compiled(_WAY(PARAMETERS_TYPE, *[numba.float64] * 5))
 def way_to_slot(parameters: Record, north: float, east: float, bearing_rad: float, radius_m: float, keep_out_m: float) -> Way:
     """The way from (north, east) to the slot at bearing and radius, both from the evader: straight, or around its keep-out."""
@@ -35,7 +28,7 @@ def way_to_slot(parameters: Record, north: float, east: float, bearing_rad: floa
     if length < HERE_M:
         return 0.0, 0.0, 0.0
     distance = math.hypot(north, east)
-    if keep_out_m <= 0.0 or distance < HERE_M or _nearest_m(north, east, slot_n, slot_e) >= keep_out_m - 1e-6:
+    if keep_out_m <= 0.0 or distance < HERE_M or way_gap_m(north, east, slot_n, slot_e, keep_out_m) >= -1e-6:
         return slot_n / length, slot_e / length, length
     here_rad = math.atan2(east, north)
     turn = wrapped_rad(bearing_rad - here_rad)

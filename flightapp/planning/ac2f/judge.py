@@ -7,13 +7,14 @@ import math
 import numpy as np
 from numba import void
 
+from flightapp.core.clearance import way_gap_m
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.history import variance_m2
 from flightapp.planning.ac2f.records import MEMORY_TYPE, NUMBER, PARAMETERS_TYPE, ROWS, TRUTH, VIEW_TYPE, WHOLE, Record
 from flightapp.planning.ac2f.stage import COARSE, FINE, NO_CHANGE, next_stage
 from flightapp.planning.boundary import is_crossed
-from flightapp.planning.capture import closest_approach_m, dwell_since_s, encloses, has_dwelt
+from flightapp.planning.capture import dwell_since_s, encloses, has_dwelt
 
 FIRST = 0
 """Value of the parameter `capture.mode`."""
@@ -28,7 +29,8 @@ def _follow_evader(memory: Record, view: Record, sides: Array) -> None:
         v.closest_m = v.distance_m
         if m.has_before:
             before_n, before_e = m.before_own_n - m.before_evader_n, m.before_own_e - m.before_evader_e
-            v.closest_m = closest_approach_m(before_n, before_e, v.own_n - v.target_n, v.own_e - v.target_e)
+            now_n, now_e = v.own_n - v.target_n, v.own_e - v.target_e
+            v.closest_m = way_gap_m(before_n, before_e, now_n - before_n, now_e - before_e, 0.0)
             if not m.boundary_lost:
                 m.boundary_lost = is_crossed(sides, m.before_evader_n, m.before_evader_e, v.target_n, v.target_e)
         m.before_own_n = v.own_n

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from flightapp.core.clearance import gap_m
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 
@@ -102,7 +103,7 @@ def scene_clearance_m(scene: Array, north: float, east: float, saturation_m: flo
     """Distance of (north, east) to the nearest inflated edge of `scene` (m, 6), at most `saturation_m`."""
     nearest = saturation_m
     for i in range(scene.shape[0]):
-        nearest = min(nearest, math.hypot(scene[i, 0] - north, scene[i, 1] - east) - scene[i, 2])
+        nearest = min(nearest, gap_m(scene[i, 0] - north, scene[i, 1] - east, scene[i, 2]))
     return nearest
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from flightapp.core.clearance import nearest_share
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array, Observation
 from flightapp.planning.ac2f.edge import NO_EDGE, Edge
@@ -23,10 +24,7 @@ def nearest_on_sides(sides: Array, n: float, e: float) -> Point:
     for i in range(sides.shape[0]):
         dn = sides[i, 2] - sides[i, 0]
         de = sides[i, 3] - sides[i, 1]
-        length2 = dn * dn + de * de
-        fraction = 0.0
-        if length2 > 0.0:
-            fraction = min(1.0, max(0.0, ((n - sides[i, 0]) * dn + (e - sides[i, 1]) * de) / length2))
+        fraction = nearest_share(sides[i, 0] - n, sides[i, 1] - e, dn, de)
         side_n = sides[i, 0] + fraction * dn
         side_e = sides[i, 1] + fraction * de
         distance = math.hypot(side_n - n, side_e - e)

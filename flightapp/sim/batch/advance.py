@@ -8,9 +8,11 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from flightapp.core.clearance import way_gap_m
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.sim.batch.contact import NEVER, closest_m, crossing, first_within
+from flightapp.planning.boundary import NEVER, crossing
+from flightapp.sim.batch.contact import first_within
 from flightapp.sim.batch.moving_discs import disc_at
 from flightapp.sim.batch.multirotor import blow, fly_frame
 from flightapp.sim.batch.records import (
@@ -167,10 +169,11 @@ def _obstacle_contact(
                 from_n, from_e = discs[k, 0], discs[k, 1]
                 to_n, to_e = from_n, from_e
             touching = discs[k, 2] + body
-            gap = closest_m(an - from_n, ae - from_e, bn - to_n, be - to_e) - touching
+            start_n, start_e, end_n, end_e = an - from_n, ae - from_e, bn - to_n, be - to_e
+            gap = way_gap_m(start_n, start_e, end_n - start_n, end_e - start_e, touching)
             least = min(least, gap)
             if timed and gap <= 0.0:
-                first = min(first, first_within(an - from_n, ae - from_e, bn - to_n, be - to_e, touching))
+                first = min(first, first_within(start_n, start_e, end_n, end_e, touching))
     return least, first
 
 
@@ -183,7 +186,7 @@ def _teammate_contact(vehicles: Records, frames: Records, known_m: float, share:
             a, b = vehicles[i], vehicles[j]
             an, ae = a.before_n - b.before_n, a.before_e - b.before_e
             bn, be = an + share * (a.n - b.n - an), ae + share * (a.e - b.e - ae)
-            gap = closest_m(an, ae, bn, be)
+            gap = way_gap_m(an, ae, bn - an, be - ae, 0.0)
             least = min(least, gap)
             touching = frames[i].body_radius + frames[j].body_radius
             if gap <= touching:

@@ -87,7 +87,7 @@ WORLD = np.dtype(
         ("first", "i8"),  # 1: capture by the first pursuer; 0: by encirclement
         ("radius", "f8"),
         ("zone", "f8"),
-        ("gap_min", "f8"),  # rad
+        ("gap_min", "f8"),  # deg
         ("dwell_s", "f8"),
         ("since_s", "f8"),  # NaN: not encircled
         ("solid", "i8"),
@@ -179,7 +179,7 @@ def world_record(scenario: Scenario, layout: Layout, wind_key: int, sensing_key:
         "first": rule.mode == "first",
         "radius": rule.radius_m,
         "zone": rule.zone_m,
-        "gap_min": math.radians(rule.angular_gap_min_deg),
+        "gap_min": rule.angular_gap_min_deg,
         "dwell_s": rule.dwell_s,
         "since_s": math.nan,
         "solid": scenario.evader.solid,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightapp.core.bearing import wrapped_rad
+from flightapp.core.clearance import nearest_share
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.sim.batch.moving_discs import disc_at
@@ -145,7 +146,7 @@ def target_in_sight(world: Records, sensors: Records, discs: Array, area: Array,
             if k < w.moving:
                 disc_n, disc_e, _, _ = disc_at(discs, k, area, t_s)
             on, oe = disc_n - n, disc_e - e
-            fraction = min(1.0, max(0.0, (on * dn + oe * de) / length2)) if length2 > 0.0 else 0.0
+            fraction = nearest_share(-on, -oe, dn, de)
             gap_n, gap_e = on - fraction * dn, oe - fraction * de
             if gap_n * gap_n + gap_e * gap_e < discs[k, 2] * discs[k, 2]:
                 free = False

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from scipy.sparse.csgraph import dijkstra
 
+from flightapp.core.clearance import nearest_share
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 
@@ -46,15 +47,14 @@ def _visible_lengths(places: Array, discs: Array, lengths: Array) -> None:
         for j in range(i + 1, len(places)):
             n, e = places[i, 0], places[i, 1]
             dn, de = places[j, 0] - n, places[j, 1] - e
-            length2 = dn * dn + de * de
             free = True
             for step in range(len(discs)):
                 k = blocking if step == 0 else (step - 1 if step <= blocking else step)  # most often the same one blocks again
                 on, oe = discs[k, 0] - n, discs[k, 1] - e
-                fraction = min(1.0, max(0.0, (on * dn + oe * de) / length2)) if length2 > 0.0 else 0.0
+                fraction = nearest_share(-on, -oe, dn, de)
                 gap_n, gap_e = on - fraction * dn, oe - fraction * de
                 if gap_n * gap_n + gap_e * gap_e < discs[k, 2] * discs[k, 2]:
                     free = False
                     blocking = k
                     break
-            lengths[i, j] = math.sqrt(length2) if free else 0.0
+            lengths[i, j] = math.sqrt(dn * dn + de * de) if free else 0.0
