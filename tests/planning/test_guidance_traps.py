@@ -35,6 +35,8 @@ class Told:
     def step(self, t_s: float, observations: list[Observation], decisions: list[Decision], truth: Truth) -> None:
         self.guided.append(decisions[0].diagnostics["guidance"] == "guided around a trap")
 
+    def end(self, truth: Truth) -> None: ...
+
 
 @pytest.mark.parametrize("width_m", [4.0, 10.0, 16.0])
 @pytest.mark.parametrize("depth_m", [2.0, 5.0, 12.0, 20.0])

@@ -46,7 +46,7 @@ def record(trace: Trace, folder: Path) -> None:
             _Vehicle(trace, names, index, recorder).write()
     with Recorder(folder / "truth.mcap", buffer_messages=_BUFFER_MESSAGES) as recorder:
         recorder.metadata("run", _about(trace, "truth"))
-        for t_s, row in zip(trace.times_s().tolist(), _states(trace), strict=True):
+        for t_s, row in zip(trace.times_s().tolist(), trace.states(), strict=True):
             for name, state in zip(names, row, strict=True):
                 recorder.log("/truth", _truth(name, t_s, state), t_s)
 
@@ -63,7 +63,7 @@ class _Vehicle:
         self._log("/phase", messages.Phase(0.0, "pursue", f"seed {result.seed} of {result.scenario}", None), 0.0)
         for number, period in enumerate(self._trace.periods):
             self._period(number, period)
-        last, end_s = _states(self._trace)[-1][self._index], result.duration_s
+        last, end_s = self._trace.end[self._index], result.duration_s
         self._log("/own", _own(end_s, last), end_s)
         if result.outcome == "collided" and self._pursues:
             text = f"a pursuer collided with {result.collided_with or 'something'}"
@@ -88,18 +88,6 @@ class _Vehicle:
 
     def _log(self, topic: str, message: object, t_s: float) -> None:
         self._recorder.log(topic, message, t_s)
-
-
-def _states(trace: Trace) -> list[list[VehicleState]]:
-    """True states at `trace.times_s()`."""
-    rows = [list(period.states) for period in trace.periods]
-    end = trace.positions_m()[-1]
-    last = []
-    for state, (north, east) in zip(rows[-1], end.tolist(), strict=True):
-        position = state.position_ned_m.copy()
-        position[:2] = north, east
-        last.append(VehicleState(trace.result.duration_s, position, state.velocity_ned_m_s, state.yaw_rad))
-    return [*rows, last]
 
 
 def _own(t_s: float, state: VehicleState) -> messages.OwnState:

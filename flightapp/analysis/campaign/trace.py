@@ -34,6 +34,8 @@ class Trace:
     layout: Layout
     result: RunResult
     periods: tuple[Period, ...]
+    end: tuple[VehicleState, ...]
+    """At the event that ended the run, or at the time limit."""
 
     @property
     def pursuers(self) -> int:
@@ -44,11 +46,12 @@ class Trace:
         return np.array([*(period.t_s for period in self.periods), self.result.duration_s])
 
     def positions_m(self) -> Array:
-        """(k + 1, vehicles, 2) north, east at `times_s`; the end, less than a period later, by the velocity before it."""
-        shown = np.array([[state.position_ned_m[:2] for state in period.states] for period in self.periods])
-        velocities = np.array([state.velocity_ned_m_s[:2] for state in self.periods[-1].states])
-        end = shown[-1] + velocities * (self.result.duration_s - self.periods[-1].t_s)
-        return np.concatenate([shown, end[None]])
+        """(k + 1, vehicles, 2) north, east at `times_s`."""
+        return np.array([[state.position_ned_m[:2] for state in states] for states in self.states()])
+
+    def states(self) -> list[tuple[VehicleState, ...]]:
+        """True states at `times_s`, pursuers first and the evader last."""
+        return [*(period.states for period in self.periods), self.end]
 
     def modes(self, pursuer: int) -> list[str]:
         """Mode of one pursuer in each control period."""
@@ -64,13 +67,17 @@ class Trace:
 class _Keeper:
     def __init__(self) -> None:
         self.periods: list[Period] = []
+        self.last: tuple[VehicleState, ...] = ()
 
     def step(self, t_s: float, observations: list[Observation], decisions: list[Decision], truth: Truth) -> None:
         self.periods.append(Period(t_s, tuple(observations), tuple(decisions), tuple(truth.states)))
+
+    def end(self, truth: Truth) -> None:
+        self.last = tuple(truth.states)
 
 
 def trace(scenario: Scenario, planner: str, seed: int, parameters: Mapping[str, object] | None = None) -> Trace:
     """Fly one run again, which is exactly the one that a campaign flies, and keep everything."""
     keeper = _Keeper()
     result = fly(scenario, planner, seed, own_parameters(planner, parameters), keeper)
-    return Trace(scenario, lay_out(scenario, seed), result, tuple(keeper.periods))
+    return Trace(scenario, lay_out(scenario, seed), result, tuple(keeper.periods), keeper.last)

@@ -36,10 +36,14 @@ class Truth:
 
 
 class Watcher(Protocol):
-    """Sees every control period, before the vehicles move."""
+    """Sees every control period, before the vehicles move, and the end."""
 
     def step(self, t_s: float, observations: list[Observation], decisions: list[Decision], truth: Truth) -> None:
         """Observations and decisions of the pursuers, the evader's last."""
+        ...
+
+    def end(self, truth: Truth) -> None:
+        """Where everything is at the event that ends the episode, or at the time limit."""
         ...
 
 
@@ -58,7 +62,10 @@ def fly(
     layout = lay_out(scenario, seed)
     flight = _Flight(scenario, layout, planner, seed, parameters, watcher)
     outcome = flight.fly()
-    return flight.result(outcome, began_ns)
+    result = flight.result(outcome, began_ns)
+    if watcher is not None:
+        watcher.end(Truth(flight.states(result.duration_s), layout))
+    return result
 
 
 def planner_parameters(scenario: Scenario, parameters: Mapping[str, object] | None = None) -> dict[str, object]:
@@ -150,6 +157,10 @@ class _Flight:
         if self._target_is_truth:
             return TargetTrack(t_s, evader.position_ned_m, evader.velocity_ned_m_s, covariance, 0.0)
         return self._sight.track(tick, t_s, self._world.poses, self._world.target_seen)
+
+    def states(self, t_s: float) -> list[VehicleState]:
+        """Where the vehicles are now, which is `t_s`."""
+        return self._world.states(t_s)
 
     def result(self, outcome: int, began_ns: int) -> RunResult:
         record, pursuers = self._world.record[0], self._world.vehicles[:-1]

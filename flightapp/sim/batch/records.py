@@ -189,7 +189,7 @@ def world_record(scenario: Scenario, layout: Layout, wind_key: int, sensing_key:
         "gust_correlation_s": wind.gust_correlation_s,
         "wind_key": wind_key,
         "sensing_key": sensing_key,
-        "clearance": 1e9,
+        "clearance": math.inf,
         "separation": math.inf,
         "target_range": target.range_m,
         "target_latency_steps": round(target.latency_s / scenario.sub_step_s),

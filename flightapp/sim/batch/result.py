@@ -30,7 +30,7 @@ class RunResult:
     boundary_distance_m: float
     """The evader's from the boundary at the end; 0 where it crossed."""
     min_clearance_m: float
-    """Smallest distance of a pursuer's surface to an obstacle's surface, at any time."""
+    """Smallest distance of a pursuer's surface to an obstacle's surface, at any time; inf where none was near."""
     min_separation_m: float
     """Smallest distance between the centres of two pursuers, at any time; inf for one."""
     decision_ns: NDArray[np.int64]

@@ -32,6 +32,19 @@ class Kept:
         self.decisions.append(decisions)
         self.truth.append(truth)
 
+    def end(self, truth: Truth) -> None:
+        self.last = truth
+
+
+def test_the_watcher_sees_the_contact_that_ends_the_episode() -> None:
+    flown = scenario()
+    kept = Kept()
+    result = fly(flown, "ac2f", 7, watcher=kept)
+    *pursuers, evader = (state.position_ned_m for state in kept.last.states)
+    assert result.outcome == "captured"
+    assert kept.last.states[0].t_s == result.duration_s
+    assert min(np.linalg.norm(pursuer - evader) for pursuer in pursuers) == pytest.approx(flown.capture.radius_m, abs=1e-6)
+
 
 def bits(result: RunResult) -> dict[str, object]:
     return {field.name: getattr(result, field.name) for field in dataclasses.fields(result) if field.name not in TIMES}
@@ -54,7 +67,7 @@ def test_dense_scenario_is_won_and_the_result_says_how() -> None:
     assert 5.0 < result.duration_s < 20.0
     assert 0.5 * 6.0 * result.duration_s < result.path_length_m <= 6.0 * result.duration_s
     assert 0.0 < result.boundary_distance_m < 60.0
-    assert result.min_clearance_m == 1e9
+    assert math.isinf(result.min_clearance_m)
     assert result.mean_jerk_m_s3 > 0.0
 
 
