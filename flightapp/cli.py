@@ -184,8 +184,10 @@ Backend = Annotated[str, typer.Option("--backend", help="local, dask or ray (ext
 @app.command()
 def campaign(
     scenario: Scenario,
-    planner: Annotated[list[str], typer.Option("--planner", help="Planner to fly; repeatable, the first is compared with.")],
-    seeds: Annotated[str, typer.Option("--seeds", help="17, 0-999 or 3,5,20-29: the same for every planner.")] = "0-99",
+    planner: Annotated[
+        list[str] | None, typer.Option("--planner", help="Planner to fly; repeatable, the first is compared with.")
+    ] = None,
+    seeds: Annotated[str | None, typer.Option("--seeds", help="17, 0-999 or 3,5,20-29: the same for every planner.")] = None,
     workers: WorkerCount = None,
     as_json: Json = False,
     changes: Set = None,
@@ -199,19 +201,20 @@ def campaign(
 ) -> None:
     """Fly planners on the same seeds of a scenario, faster than real time, and compare them with statistics and pictures.
 
+    Planners and seeds that are not given are those of the scenario's [campaign].
+
     Exit status: 0 finished, 2 bad input, 3 fault, 130 stopped by a person; what was finished by then is written.
 
     Example: flightapp campaign missions/scenarios/a2-dense.toml --planner geo-apf --planner ac2f --seeds 0-999
     """
     from flightapp.analysis.campaign.campaign import RECORDINGS, Campaign, run_campaign
     from flightapp.analysis.campaign.drawing import parse_drawing
-    from flightapp.analysis.campaign.question import load_question
-    from flightapp.analysis.campaign.seeds import parse_seeds
+    from flightapp.analysis.campaign.question import load_question, planners_and_seeds
     from flightapp.analysis.campaign.workers import Workers
 
     loaded, given = load_question(scenario, changes or [], parameters)
-    chosen = parse_seeds(seeds)
-    question = Campaign(loaded, tuple(planner), chosen, given, parse_drawing(draw, chosen), record)
+    planners, chosen = planners_and_seeds(scenario, loaded, planner or [], seeds)
+    question = Campaign(loaded, planners, chosen, given, parse_drawing(draw, chosen), record)
     finished = run_campaign(question, Workers(workers, backend), output)
     if as_json:
         print(json.dumps(finished.summary, indent=2))

@@ -11,18 +11,18 @@ _PART = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
 _WANTED = "write one seed (17), a range (0-999) or several of them (3,5,20-29)"
 
 
-def parse_seeds(text: str) -> tuple[int, ...]:
-    """The seeds that `text` names, rising, each once; InputError on anything else."""
+def parse_seeds(text: str, option: str = "--seeds") -> tuple[int, ...]:
+    """The seeds that `text` names, rising, each once; InputError, which begins with `option`, on anything else."""
     seeds: set[int] = set()
     for part in text.split(","):
         found = _PART.fullmatch(part.strip())
         if found is None:
-            raise InputError(f"--seeds {text}: '{part.strip()}' is not a seed or a range of seeds; {_WANTED}")
+            raise InputError(f"{option} {text}: '{part.strip()}' is not a seed or a range of seeds; {_WANTED}")
         first, last = int(found[1]), int(found[2] or found[1])
         if last < first:
-            raise InputError(f"--seeds {text}: the range {part.strip()} ends before it begins; write {last}-{first}")
+            raise InputError(f"{option} {text}: the range {part.strip()} ends before it begins; write {last}-{first}")
         if last - first >= SEEDS_MAX:
-            raise InputError(f"--seeds {text}: more than {SEEDS_MAX} seeds; name fewer")
+            raise InputError(f"{option} {text}: more than {SEEDS_MAX} seeds; name fewer")
         seeds.update(range(first, last + 1))
     return tuple(sorted(seeds))
 

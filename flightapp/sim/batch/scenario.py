@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from flightapp.config.loading import Strict, read_toml, validate
 from flightapp.config.parameter_files import beside
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits
+from flightapp.planning import planner_names
 from flightapp.planning.capture import CaptureRule
 from flightapp.sim.batch.families.dense import DenseLayout
 from flightapp.sim.batch.families.layout import FamilyLayout
@@ -139,6 +140,24 @@ class Planner(Strict):
     """Facts of the vehicles and the rules, not choices of one planner."""
 
 
+class Campaign(Strict):
+    """What a campaign flies where the command line does not say it."""
+
+    planners: tuple[str, ...] = ()
+    """The first is the one that the others are compared with."""
+    seeds: str = "0-99"
+
+    @field_validator("planners")
+    @classmethod
+    def _are_known(cls, planners: tuple[str, ...]) -> tuple[str, ...]:
+        for number, planner in enumerate(planners):
+            if planner not in planner_names():
+                raise ValueError(f"'{planner}' is no planner; known: {', '.join(planner_names())}")
+            if planner in planners[:number]:
+                raise ValueError(f"'{planner}' is named twice; name each planner once")
+        return planners
+
+
 class Scenario(Strict):
     """One family of layouts with everything that flies in it. Each seed is one episode."""
 
@@ -158,6 +177,7 @@ class Scenario(Strict):
     messages: Messages = Messages()
     wind: Wind = Wind()
     planner: Planner = Planner()
+    campaign: Campaign = Campaign()
 
     @property
     def sub_steps(self) -> int:

@@ -11,14 +11,15 @@ import pytest
 from flightapp.analysis.campaign.campaign import Campaign, Finished, run_campaign
 from flightapp.analysis.campaign.drawing import Drawing
 from flightapp.analysis.campaign.parquet import SCHEMA, TIMING_COLUMNS
+from flightapp.analysis.campaign.question import planners_and_seeds
 from flightapp.analysis.campaign.runner import fly_jobs, paired_jobs
 from flightapp.analysis.campaign.summary import summarise
 from flightapp.analysis.campaign.workers import Workers
 from flightapp.analysis.run import load_run
 from flightapp.analysis.summary import summarise as summarise_run
 from flightapp.sim.batch.result import RunResult
-from flightapp.sim.batch.scenario import Scenario
-from tests.analysis.campaign.small import small_scenario
+from flightapp.sim.batch.scenario import Scenario, load_scenario
+from tests.analysis.campaign.small import small_file, small_scenario
 
 SEEDS = tuple(range(8))
 KEYS = {
@@ -47,7 +48,7 @@ def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
 
 @pytest.fixture(scope="module")
 def finished(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> Finished:
-    campaign = Campaign(scenario, ("ac2f",), SEEDS, {}, Drawing((3,), 1))
+    campaign = Campaign(scenario, ("ac2f",), SEEDS, {}, Drawing((3,), 1, (3, 4)))
     return run_campaign(campaign, Workers(1), tmp_path_factory.mktemp("campaign") / "one")
 
 
@@ -73,7 +74,13 @@ def test_machines_get_exactly_these_keys_and_only_numbers(finished: Finished) ->
 
 def test_pictures_of_the_seeds_asked_for_are_there(finished: Finished) -> None:
     failed = json.loads((finished.folder / "summary.json").read_text())["planners"][0]["failed_seeds"]
-    names = {"paths-3.png", "distance-3.png", "modes-ac2f-3.png", *(f"failed-ac2f-{seed}.png" for seed in failed[:1])}
+    names = {
+        "paths-3.png",
+        "distance-3.png",
+        "modes-ac2f-3.png",
+        "convergence.png",
+        *(f"failed-ac2f-{seed}.png" for seed in failed[:1]),
+    }
     assert {path.name for path in finished.folder.glob("*.png")} == names
     assert "| ac2f" in (finished.folder / "table.md").read_text()
 
@@ -91,6 +98,13 @@ def test_a_run_alone_is_recorded_as_it_was_flown(scenario: Scenario, finished: F
     assert told["capture_time_s"] == pytest.approx(row["capture_time_s"], abs=1e-6)
     assert told["path_length_m"] == pytest.approx(row["path_length_m"], rel=0.01)
     assert told["min_target_distance_m"] == pytest.approx(scenario.capture.radius_m, abs=0.05)
+
+
+def test_what_the_command_line_leaves_out_the_scenario_says(tmp_path: Path) -> None:
+    path = small_file(tmp_path)
+    asked = load_scenario(path, {"campaign.planners": "['geo-apf', 'ac2f']", "campaign.seeds": "'3,7'"})
+    assert planners_and_seeds(path, asked, [], None) == (("geo-apf", "ac2f"), (3, 7))
+    assert planners_and_seeds(path, asked, ["apf"], "0-1") == (("apf",), (0, 1))
 
 
 def test_ctrl_c_keeps_what_is_finished(scenario: Scenario) -> None:
