@@ -14,12 +14,21 @@ from flightapp.core.types import Array
 from flightapp.planning.ac2f.free_gap import free_gap_rad
 from flightapp.planning.ac2f.looking import nose_rad, seen_share
 from flightapp.planning.ac2f.parameters import Ac2fParameters
-from flightapp.planning.ac2f.records import ACTION_TYPE, INTENT_TYPE, MEMORY_TYPE, PARAMETERS_TYPE, VIEW_TYPE
+from flightapp.planning.ac2f.records import (
+    ACTION_TYPE,
+    INTENT_TYPE,
+    MEMORY_TYPE,
+    NUMBER,
+    PARAMETERS_TYPE,
+    ROWS,
+    VECTOR,
+    VIEW_TYPE,
+    Record,
+)
 from flightapp.planning.ac2f.sweep import BRAKING, COLLISION, roll_out, sweep
 from flightapp.planning.ac2f.window import sample_window
 from flightapp.planning.critics import best_candidate, clearance_score, heading_score, memory_score, velocity_score
 
-Record = NDArray[np.void]
 TERMS = ("heading", "clearance", "velocity", "memory")
 HEADING, CLEARANCE, VELOCITY, MEMORY = range(4)
 GOAL = get_args(Ac2fParameters.model_fields["aim"].annotation).index("goal")
@@ -61,16 +70,13 @@ def fine_workspace(parameters: Ac2fParameters) -> Workspace:
     )
 
 
-F8 = numba.float64
-ROW_TYPE = numba.types.Array(F8, 1, "C")
-ROWS_TYPE = numba.types.Array(F8, 2, "C")
 VERDICTS_TYPE = numba.types.Array(numba.int64, 1, "C")
 WORKSPACE_TYPE = numba.types.NamedTuple(  # type: ignore[no-untyped-call]
-    (ROW_TYPE, ROW_TYPE, ROWS_TYPE, ROWS_TYPE, ROW_TYPE, ROW_TYPE, ROW_TYPE, ROWS_TYPE, ROW_TYPE, VERDICTS_TYPE), Workspace
+    (VECTOR, VECTOR, ROWS, ROWS, VECTOR, VECTOR, VECTOR, ROWS, VECTOR, VERDICTS_TYPE), Workspace
 )
 
 
-@compiled(numba.void(PARAMETERS_TYPE, F8, F8, F8, WORKSPACE_TYPE))
+@compiled(numba.void(PARAMETERS_TYPE, NUMBER, NUMBER, NUMBER, WORKSPACE_TYPE))
 def _sample(parameters: Record, speed_m_s: float, turn_rad_s: float, speed_limit_m_s: float, workspace: Workspace) -> None:
     """The window: what is reached from a speed and a turn rate within one control period, slowed down to the limit."""
     gains = parameters[0]
@@ -94,7 +100,11 @@ def _sample(parameters: Record, speed_m_s: float, turn_rad_s: float, speed_limit
     )
 
 
-@compiled(numba.int64(PARAMETERS_TYPE, F8, F8, F8, F8, F8, ROWS_TYPE, ROWS_TYPE, numba.int64, F8, WORKSPACE_TYPE, ACTION_TYPE))
+@compiled(
+    numba.int64(
+        PARAMETERS_TYPE, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, ROWS, ROWS, numba.int64, NUMBER, WORKSPACE_TYPE, ACTION_TYPE
+    )
+)
 def _evaluate(
     parameters: Record,
     start_n: float,
@@ -172,9 +182,7 @@ def _evaluate(
     return best
 
 
-@compiled(
-    numba.void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, INTENT_TYPE, ROWS_TYPE, ROWS_TYPE, ROWS_TYPE, WORKSPACE_TYPE, ACTION_TYPE)
-)
+@compiled(numba.void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, INTENT_TYPE, ROWS, ROWS, ROWS, WORKSPACE_TYPE, ACTION_TYPE))
 def fine(
     parameters: Record,
     memory: Record,

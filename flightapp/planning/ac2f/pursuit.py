@@ -16,8 +16,8 @@ from __future__ import annotations
 import math
 from typing import get_args
 
-import numba
 import numpy as np
+from numba import void
 
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
@@ -29,8 +29,13 @@ from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.records import (
     INTENT_TYPE,
     MEMORY_TYPE,
+    NUMBER,
     PARAMETERS_TYPE,
+    ROWS,
+    TRUTH,
+    VECTOR,
     VIEW_TYPE,
+    WHOLE,
     Record,
 )
 from flightapp.planning.ac2f.slots import free_slot_bearing_rad, slack_rad, slot_bearing_rad
@@ -42,12 +47,8 @@ EVADER = get_args(Ac2fParameters.model_fields["goal"].annotation).index("evader"
 FIRST = get_args(CaptureRule.model_fields["mode"].annotation).index("first")
 Planar = tuple[float, float]
 
-_F8 = numba.float64
-_ROW = numba.types.Array(_F8, 1, "C")
-_ROWS = numba.types.Array(_F8, 2, "C")
 
-
-@compiled(PLANAR_TYPE(_F8, _F8, _F8))
+@compiled(PLANAR_TYPE(NUMBER, NUMBER, NUMBER))
 def _towards(north: float, east: float, speed_m_s: float) -> Planar:
     """Velocity (m/s) of `speed_m_s` in the direction of (north, east); 0 where that has none."""
     length = math.hypot(north, east)
@@ -56,7 +57,7 @@ def _towards(north: float, east: float, speed_m_s: float) -> Planar:
     return speed_m_s * (north / length), speed_m_s * (east / length)
 
 
-@compiled(PLANAR_TYPE(PARAMETERS_TYPE, _F8, _F8, _F8))
+@compiled(PLANAR_TYPE(PARAMETERS_TYPE, NUMBER, NUMBER, NUMBER))
 def velocity_to(parameters: Record, north: float, east: float, share: float) -> Planar:
     """Velocity (m/s) to a place that stands, (north, east) m away, with `share` of the top speed, braking before it."""
     p = parameters[0]
@@ -64,7 +65,7 @@ def velocity_to(parameters: Record, north: float, east: float, share: float) -> 
     return _towards(north, east, min(share * p.speed_max_m_s, brake))
 
 
-@compiled(_F8(PARAMETERS_TYPE, numba.int64))
+@compiled(NUMBER(PARAMETERS_TYPE, WHOLE))
 def team_distance_m(parameters: Record, count: int) -> float:
     """Smallest distance to keep from a teammate among `count` pursuers: less than configured only if the slots are closer."""
     p = parameters[0]
@@ -76,7 +77,7 @@ def team_distance_m(parameters: Record, count: int) -> float:
     return min(distance_m, demanded_m)
 
 
-@compiled(_F8(PARAMETERS_TYPE, VIEW_TYPE, _ROWS, _ROWS))
+@compiled(NUMBER(PARAMETERS_TYPE, VIEW_TYPE, ROWS, ROWS))
 def _own_slot_rad(parameters: Record, view: Record, pursuers: Array, obstacles: Array) -> float:
     """Bearing of the own slot, moved off `obstacles` as far as the encirclement allows."""
     p = parameters[0]
@@ -88,7 +89,7 @@ def _own_slot_rad(parameters: Record, view: Record, pursuers: Array, obstacles: 
     return free_slot_bearing_rad(obstacles, ahead_n, ahead_e, p.slot_radius_m, bearing, slack, p.slot_clearance_m)
 
 
-@compiled(PLANAR_TYPE(PARAMETERS_TYPE, VIEW_TYPE, numba.boolean, _F8, numba.int64, _F8, _F8))
+@compiled(PLANAR_TYPE(PARAMETERS_TYPE, VIEW_TYPE, TRUTH, NUMBER, WHOLE, NUMBER, NUMBER))
 def _far_goal(parameters: Record, view: Record, chase: bool, slot_rad: float, count: int, game_n: float, game_e: float) -> Planar:
     """The game goal far away, the intercept of the slot's motion near the slot range, in between a blend of both.
 
@@ -114,7 +115,7 @@ def _far_goal(parameters: Record, view: Record, chase: bool, slot_rad: float, co
     return goal_n, goal_e
 
 
-@compiled(_F8(PARAMETERS_TYPE, VIEW_TYPE, _ROWS, numba.int64))
+@compiled(NUMBER(PARAMETERS_TYPE, VIEW_TYPE, ROWS, WHOLE))
 def _contact_time_s(parameters: Record, view: Record, pursuers: Array, i: int) -> float:
     """When pursuer `i` can meet the evader."""
     v = view[0]
@@ -123,7 +124,7 @@ def _contact_time_s(parameters: Record, view: Record, pursuers: Array, i: int) -
     return time_s
 
 
-@compiled(numba.boolean(PARAMETERS_TYPE, VIEW_TYPE, _ROWS))
+@compiled(TRUTH(PARAMETERS_TYPE, VIEW_TYPE, ROWS))
 def goes_first(parameters: Record, view: Record, pursuers: Array) -> bool:
     """Whether of all `pursuers` (k, 2) the own one, row 0, meets the evader first; each of them finds the same one.
 
@@ -143,19 +144,19 @@ def goes_first(parameters: Record, view: Record, pursuers: Array) -> bool:
 
 
 @compiled(
-    numba.void(
+    void(
         PARAMETERS_TYPE,
         MEMORY_TYPE,
         VIEW_TYPE,
-        _ROWS,
-        _ROW,
-        _ROWS,
-        _ROWS,
-        numba.boolean,
-        _ROWS,
-        _ROWS,
-        _ROW,
-        _ROWS,
+        ROWS,
+        VECTOR,
+        ROWS,
+        ROWS,
+        TRUTH,
+        ROWS,
+        ROWS,
+        VECTOR,
+        ROWS,
         INTENT_TYPE,
     )
 )
