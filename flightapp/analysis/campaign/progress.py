@@ -6,8 +6,10 @@ import sys
 from collections.abc import Sequence
 from types import TracebackType
 
-from rich.console import Console
+from rich.console import Console, Group
+from rich.live import Live
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.text import Text
 
 from flightapp.core.clock import monotonic_ns
 from flightapp.sim.batch.result import RunResult
@@ -16,13 +18,13 @@ LINE_PERIOD_S = 10.0
 
 
 class ProgressBar:
-    """A context that shows steps done of `total`, with running figures beside them."""
+    """A context that shows steps done of `total`, with running figures below."""
 
     def __init__(self, title: str, total: int, done: int = 0) -> None:
         self._title, self._total, self._done, self._done_first = title, total, done, done
         self._figures = ""
         console = Console(stderr=True)
-        self._bar: Progress | None = None
+        self._live: Live | None = None
         if console.is_terminal:
             self._bar = Progress(
                 TextColumn("{task.description}"),
@@ -31,20 +33,19 @@ class ProgressBar:
                 TimeElapsedColumn(),
                 TextColumn("left"),
                 TimeRemainingColumn(),
-                TextColumn("{task.fields[figures]}", markup=False),
-                console=console,
             )
-            self._task = self._bar.add_task(title, total=total, completed=done, figures="")
+            self._task = self._bar.add_task(title, total=total, completed=done)
+            self._live = Live(get_renderable=lambda: Group(self._bar, Text(self._figures)), console=console)
         self._begun_ns = self._line_ns = monotonic_ns()
 
     def __enter__(self) -> ProgressBar:
-        if self._bar is not None:
-            self._bar.start()
+        if self._live is not None:
+            self._live.start(refresh=True)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None) -> None:
-        if self._bar is not None:
-            self._bar.stop()
+        if self._live is not None:
+            self._live.stop()
         elif kind is None:
             self._line()
 
@@ -52,8 +53,8 @@ class ProgressBar:
         """`steps` more are done; `figures` is what is known now."""
         self._done += steps
         self._figures = figures
-        if self._bar is not None:
-            self._bar.update(self._task, completed=self._done, figures=figures)
+        if self._live is not None:
+            self._bar.update(self._task, completed=self._done)
         elif monotonic_ns() - self._line_ns > LINE_PERIOD_S * 1e9:
             self._line()
 
