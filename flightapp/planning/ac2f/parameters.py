@@ -127,6 +127,8 @@ class Ac2fParameters(StrategyParameters):
     """Highest speed that leaving an inflation asks for."""
     excess_cost: float = Field(default=8.0, gt=0)
     """Cost of 1 m/s too fast to stop, where 1 m/s less along the wish costs 1."""
+    reached_excess_cost: float = Field(default=1000.0, gt=0)
+    """The same for what is reached of a velocity within the manoeuvre: paid only where nothing that can be reached is safe."""
     across_cost: float = Field(default=0.3, ge=0)
     """Cost of 1 m/s across the wish."""
     change_cost: float = Field(default=0.1, ge=0)

@@ -54,6 +54,7 @@ def _safe(parameters: Record, view: Record, scene: Array, wish_n: float, wish_e:
         gains.leaving_gain_per_s,
         gains.leaving_speed_max_m_s,
         gains.excess_cost,
+        gains.reached_excess_cost,
         gains.across_cost,
         gains.change_cost,
     )

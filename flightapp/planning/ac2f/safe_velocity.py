@@ -36,6 +36,8 @@ class Braking(NamedTuple):
     leaving_speed_max_m_s: float = 1.0
     excess_cost: float = 8.0
     """Cost of 1 m/s too fast to stop; a deviation along the wish costs 1."""
+    reached_excess_cost: float = 8.0
+    """The same of what is reached within the manoeuvre: high, and it is never given up for the wish."""
     across_cost: float = 0.3
     """Cost of 1 m/s across the wish."""
     change_cost: float = 0.1
@@ -83,7 +85,7 @@ def _excess_m_s(
 
 
 @compiled(F8(SCENE_TYPE, numba.int64, F8, F8, F8, F8, F8, F8, BRAKING_TYPE, F8))
-def _risk_m_s(
+def _risk_cost(
     relevant: Array,
     count: int,
     n: float,
@@ -93,21 +95,25 @@ def _risk_m_s(
     base_n: float,
     base_e: float,
     braking: Braking,
-    enough_m_s: float,
+    enough: float,
 ) -> float:
-    """By how much (vn, ve) and what is reached of it within the manoeuvre, from the base velocity, are too fast to stop.
+    """What it costs that (vn, ve), and what is reached of it from the base velocity, are too fast to stop; 0: both are safe.
 
-    0 where both are safe; otherwise as `_excess_m_s`.
+    Above `enough` the result is no more than a lower bound.
     """
-    risk = _excess_m_s(relevant, count, n, e, vn, ve, braking, enough_m_s)
     change = math.sqrt((vn - base_n) ** 2 + (ve - base_e) ** 2)
     reach = braking.deceleration_m_s2 * braking.manoeuvre_s
-    if change <= reach or risk > enough_m_s:
-        return risk
-    part = reach / change
-    first_n = base_n + part * (vn - base_n)
-    first_e = base_e + part * (ve - base_e)
-    return risk + _excess_m_s(relevant, count, n, e, first_n, first_e, braking, enough_m_s - risk)
+    if change <= reach:
+        gain = max(braking.excess_cost, braking.reached_excess_cost)
+        return gain * _excess_m_s(relevant, count, n, e, vn, ve, braking, enough / gain)
+    gain = braking.reached_excess_cost
+    first_n = base_n + reach / change * (vn - base_n)
+    first_e = base_e + reach / change * (ve - base_e)
+    cost = gain * _excess_m_s(relevant, count, n, e, first_n, first_e, braking, enough / gain)
+    if cost > enough:
+        return cost
+    gain = braking.excess_cost
+    return cost + gain * _excess_m_s(relevant, count, n, e, vn, ve, braking, (enough - cost) / gain)
 
 
 @compiled(numba.int64(SCENE_TYPE, F8, F8, F8, BRAKING_TYPE, SCENE_TYPE))
@@ -161,13 +167,13 @@ def safe_velocity(
     fastest = max(math.hypot(wish_n, wish_e), speed_max, math.hypot(base_n, base_e))
     relevant = np.empty((scene.shape[0], SAFE_SPEED + 1))
     count = _sort_relevant(scene, n, e, fastest, braking, relevant)
-    risk = _risk_m_s(relevant, count, n, e, wish_n, wish_e, base_n, base_e, braking, math.inf)
+    risk = _risk_cost(relevant, count, n, e, wish_n, wish_e, base_n, base_e, braking, math.inf)
     if risk == 0.0:
         return wish_n, wish_e
     wish = math.hypot(wish_n, wish_e)
     unit_n = wish_n / wish if wish > 1e-9 else 1.0
     unit_e = wish_e / wish if wish > 1e-9 else 0.0
-    best = braking.excess_cost * risk + braking.change_cost * math.hypot(wish_n - base_n, wish_e - base_e)
+    best = risk + braking.change_cost * math.hypot(wish_n - base_n, wish_e - base_e)
     first = -1  # place of the best in the order of directions, for equal costs
     best_n = wish_n
     best_e = wish_e
@@ -187,8 +193,8 @@ def safe_velocity(
             cost += braking.change_cost * math.sqrt((vn - base_n) ** 2 + (ve - base_e) ** 2)
             if cost > best:
                 continue
-            too_much = (best - cost) / braking.excess_cost * (1.0 + 1e-9)
-            cost += braking.excess_cost * _risk_m_s(relevant, count, n, e, vn, ve, base_n, base_e, braking, too_much)
+            too_much = (best - cost) * (1.0 + 1e-9)
+            cost += _risk_cost(relevant, count, n, e, vn, ve, base_n, base_e, braking, too_much)
             place = SPEEDS * k + j
             if cost < best or (cost == best and place < first):
                 best = cost

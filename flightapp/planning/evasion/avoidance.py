@@ -68,6 +68,7 @@ def avoid(
         PLAIN.leaving_gain_per_s,
         PLAIN.leaving_speed_max_m_s,
         PLAIN.excess_cost,
+        PLAIN.reached_excess_cost,
         PLAIN.across_cost,
         PLAIN.change_cost,
     )
