@@ -107,7 +107,8 @@ def test_a_command_is_inside_the_window_and_its_arc_stops_clear(seed: int, speed
 def test_a_way_free_is_flown_at_top_speed_but_the_goal_itself_as_aim_is_not_passed() -> None:
     top_speed = (limits().speed_max_m_s, 0.0)
     onwards = Moment(PARAMETERS, scene_of([]), top_speed).fine(top_speed, goal=(3.0, 0.0))
-    literal = Moment(Ac2fParameters(aim="goal"), scene_of([]), top_speed).fine(top_speed, goal=(3.0, 0.0))
+    weights = {"weight_heading": 0.64, "weight_clearance": 0.05, "weight_velocity": 0.31}
+    literal = Moment(Ac2fParameters(aim="goal", **weights), scene_of([]), top_speed).fine(top_speed, goal=(3.0, 0.0))
     assert onwards["velocity_n"] == pytest.approx(limits().speed_max_m_s)
     assert literal["velocity_n"] < limits().speed_max_m_s - 0.1
 

@@ -57,6 +57,6 @@ def test_a_trap_is_left_with_a_camera_that_forgets_what_leaves_its_view(depth_m:
     assert fly(trap(depth_m, width_m, **CAMERA), "ac2f", 20002).outcome == "captured"
 
 
-@pytest.mark.parametrize(("depth_m", "width_m"), [(4.0, 4.0), (20.0, 16.0)])
+@pytest.mark.parametrize(("depth_m", "width_m"), [(16.0, 10.0), (20.0, 16.0)])
 def test_without_guidance_the_trap_holds(depth_m: float, width_m: float) -> None:
     assert fly(trap(depth_m, width_m), "ac2f", 20001, {"guidance": False}).outcome == "timed_out"

@@ -1,4 +1,8 @@
-"""Every number of the AC2F planner, with its unit; defaults are the source's Table 1 where it has one."""
+"""Every number of the AC2F planner, with its unit.
+
+Defaults are the source's Table 1 where it has one, but for the weights, which are those that `flightapp tune` found; the
+source's own are in missions/parameters/ac2f-paper.toml.
+"""
 
 from __future__ import annotations
 
@@ -83,11 +87,11 @@ class Ac2fParameters(StrategyParameters):
     """Weight of the memory penalty after an oscillation trigger."""
     memory_release_m: float = Field(default=3.0, gt=0)
     """The memory penalty ends this far from where the oscillation was noticed."""
-    weight_heading: float = Field(default=0.6392, ge=0)
+    weight_heading: float = Field(default=0.280, ge=0)
     """alpha at or above the fine distance; swapped with gamma below it."""
-    weight_clearance: float = Field(default=0.0490, ge=0)
+    weight_clearance: float = Field(default=0.308, ge=0)
     """beta."""
-    weight_velocity: float = Field(default=0.3118, ge=0)
+    weight_velocity: float = Field(default=0.412, ge=0)
     """gamma at or above the fine distance; swapped with alpha below it."""
     aim: Literal["wish", "goal"] = "wish"
     """Headings are judged against a place in the direction of the wish that no arc passes within the horizon, or against the
