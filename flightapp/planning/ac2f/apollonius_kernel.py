@@ -106,7 +106,8 @@ def _tightest(regions: Array) -> Array:
                     is_needed = False
                     break
         if is_needed:
-            kept[count] = regions[i]
+            for c in range(regions.shape[1]):  # a row at once would take seconds to compile, for its check of the shapes
+                kept[count, c] = regions[i, c]
             count += 1
     return kept[:count]
 

@@ -25,17 +25,22 @@ def free_gap_rad(scene: Array, n: float, e: float, range_m: float) -> float:
         if distance - scene[i, 2] >= range_m:
             continue
         half = math.asin(min(1.0, scene[i, 2] / distance)) if distance > 0.0 else 0.5 * math.pi
-        starts[count] = (math.atan2(de, dn) - half) % TWO_PI
-        ends[count] = starts[count] + 2.0 * half
-        reached = max(reached, ends[count] - TWO_PI)
+        start = (math.atan2(de, dn) - half) % TWO_PI
+        reached = max(reached, start + 2.0 * half - TWO_PI)
+        k = count  # by insertion: there are a few, and the library's sort takes seconds to compile
+        while k > 0 and starts[k - 1] > start:
+            starts[k] = starts[k - 1]
+            ends[k] = ends[k - 1]
+            k -= 1
+        starts[k] = start
+        ends[k] = start + 2.0 * half
         count += 1
     if count == 0:
         return math.nan
-    order = np.argsort(starts[:count])
-    reached = max(reached, starts[order[0]] - TWO_PI)
+    reached = max(reached, starts[0] - TWO_PI)
     widest = -1.0
     middle = 0.0
-    for i in order:
+    for i in range(count):
         if starts[i] - reached > widest:
             widest = starts[i] - reached
             middle = 0.5 * (starts[i] + reached)

@@ -117,7 +117,9 @@ def _renew(
         m.guidance_free_s = np.inf
     m.way_count = corners
     m.way_next = 0
-    way[:corners] = found[:corners]
+    for k in range(corners):  # at once it would take seconds to compile, for its check of the shapes
+        way[k, 0] = found[k, 0]
+        way[k, 1] = found[k, 1]
 
 
 @compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, TRUTH, ROWS, ROWS))

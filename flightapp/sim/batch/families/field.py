@@ -30,7 +30,7 @@ def _place(
             dn, de, reach = placed[k, 0] - n, placed[k, 1] - e, radius + placed[k, 2] + gap_m
             room = room and dn * dn + de * de >= reach * reach
         if room:
-            placed[count, :3] = candidates[c, :3]
+            placed[count, 0], placed[count, 1], placed[count, 2] = n, e, radius
             count += 1
     return count
 
