@@ -30,10 +30,17 @@ def compiled(signature: object) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorator that compiles a function of floats, float64 arrays and records for `signature` (text or a numba type)."""
 
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
-        kernel: Callable[P, R] = numba.njit(signature, cache=True, error_model="numpy")(function)
+        options = {"cache": True, "error_model": "numpy", "no_cfunc_wrapper": True}  # nothing calls them from C
+        kernel: Callable[P, R] = numba.njit(signature, **options)(function)  # type: ignore[call-overload]
         return kernel
 
     return wrap
+
+
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """Decorator of a part of a kernel: compiled within what calls it, so that the compiler goes through its callees once less."""
+    part: Callable[P, R] = numba.njit(inline="always", error_model="numpy")(function)
+    return part
 
 
 @functools.cache

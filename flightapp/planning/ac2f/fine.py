@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from flightapp.core.compiled import compiled
+from flightapp.core.compiled import compiled, inlined
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.free_gap import free_gap_rad
 from flightapp.planning.ac2f.looking import nose_rad, seen_share
@@ -100,11 +100,7 @@ def _sample(parameters: Record, speed_m_s: float, turn_rad_s: float, speed_limit
     )
 
 
-@compiled(
-    numba.int64(
-        PARAMETERS_TYPE, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, ROWS, ROWS, numba.int64, NUMBER, WORKSPACE_TYPE, ACTION_TYPE
-    )
-)
+@inlined
 def _evaluate(
     parameters: Record,
     start_n: float,

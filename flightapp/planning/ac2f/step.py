@@ -10,7 +10,7 @@ from numba import void
 from numpy.typing import NDArray
 
 from flightapp.core.bearing import wrapped_rad
-from flightapp.core.compiled import compiled
+from flightapp.core.compiled import compiled, inlined
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.fine import VERDICTS_TYPE, fine
 from flightapp.planning.ac2f.guidance import guide
@@ -84,12 +84,7 @@ def _tell(parameters: Record, memory: Record, view: Record, intent: Record, acti
     r.point_e = i.point_e
 
 
-@compiled(
-    void(
-        PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, ROWS, VECTOR, ROWS, ROWS, TRUTH, ROWS, ROWS,
-        RECOLLECTION_TYPE, POSITIONS_TYPE, ROWS, ROWS, VERDICTS_TYPE, INTENT_TYPE, ACTION_TYPE,
-    )
-)  # fmt: skip
+@inlined
 def _act(
     parameters: Record,
     memory: Record,
