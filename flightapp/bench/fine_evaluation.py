@@ -11,8 +11,8 @@ from flightapp.bench.measurement import Measurement, Work, measure
 from flightapp.bench.rollout_reference import fine_reference
 from flightapp.bench.situation import FINE_DISTANCE_M, circling, ring
 from flightapp.core.types import Array, Limits
-from flightapp.planning.ac2f import Ac2fParameters
 from flightapp.planning.ac2f.fine import fine, fine_workspace
+from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.records import ACTION, INTENT, MEMORY, VIEW, Record, parameter_record
 
 NOTHING_UNSEEN = np.zeros((0, 2))

@@ -10,7 +10,7 @@ import numpy as np
 
 from flightapp.bench.situation import far, near
 from flightapp.core.types import Limits
-from flightapp.planning import make_planner
+from flightapp.planning.registry import make_planner
 
 MIB = 2.0**20
 WARM_UP_SHARE = 0.1

@@ -10,7 +10,7 @@ from flightapp.bench.situation import far
 from flightapp.core.clock import SystemClock
 from flightapp.core.types import Decision, Limits, Observation, Setpoint
 from flightapp.fleet.messages import SharedState, decode_state, encode_state
-from flightapp.planning import make_planner
+from flightapp.planning.registry import make_planner
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.journal import Journal
 from flightapp.runtime.perception_thread import Perceived

@@ -8,9 +8,9 @@ from flightapp.bench.fine_evaluation import fine_measurement
 from flightapp.bench.measurement import Measurement, Work, measure
 from flightapp.bench.situation import far, near
 from flightapp.core.types import Limits, Observation
-from flightapp.planning import make_planner
-from flightapp.planning.ac2f import Ac2fParameters
+from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.api import Planner
+from flightapp.planning.registry import make_planner
 
 COARSE, FINE = "planner, coarse step", "planner, fine step"
 DECISIONS = (COARSE, FINE)

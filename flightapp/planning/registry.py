@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits
-from flightapp.planning.ac2f import Ac2fParameters, Ac2fPlanner
+from flightapp.planning.ac2f.parameters import Ac2fParameters
+from flightapp.planning.ac2f.planner import Ac2fPlanner
 from flightapp.planning.ac2f.variants import VARIANTS, left_open, with_variant
 from flightapp.planning.api import Planner
 from flightapp.planning.evasion.adversarial import Adversarial

@@ -14,8 +14,8 @@ from flightapp.config.profile import Camera, Profile
 from flightapp.core.clock import SystemClock
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits, ObstacleSet
-from flightapp.planning import evader_names, file_parameters, make_evader, make_planner, planner_names
 from flightapp.planning.api import Planner
+from flightapp.planning.registry import evader_names, file_parameters, make_evader, make_planner, planner_names
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.sim.world import World
 from flightapp.vehicle.pose_history import PoseHistory

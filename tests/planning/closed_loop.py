@@ -31,10 +31,10 @@ from flightapp.core.types import (
     TeamMember,
     VehicleState,
 )
-from flightapp.planning import make_evader, make_planner
 from flightapp.planning.api import Planner
 from flightapp.planning.capture import CaptureRule
 from flightapp.planning.plane import crosses, segments
+from flightapp.planning.registry import make_evader, make_planner
 from flightapp.safety.api import SafetyContext
 from flightapp.safety.supervisor import Supervisor, make_supervisor
 from flightapp.sim.multirotor import Command, Multirotor, MultirotorLimits, Wind

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flightapp.planning import make_planner
 from flightapp.planning.capture import CaptureRule
+from flightapp.planning.registry import make_planner
 from tests.planning.closed_loop import CAMERA, Flight, Scenario, demo, fly, limits, random_field
 
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from flightapp.bench.rollout_reference import fine_reference
 from flightapp.core.types import Array
-from flightapp.planning.ac2f import Ac2fParameters
 from flightapp.planning.ac2f.elementary import angle, sin_cos
 from flightapp.planning.ac2f.free_gap import free_gap_rad
+from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.critics import best_candidate, memory_score
 from tests.planning.acting import Moment, random_scene, scene_of
 from tests.planning.closed_loop import limits

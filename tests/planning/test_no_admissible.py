@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flightapp.core.types import Decision
-from flightapp.planning import make_planner
+from flightapp.planning.registry import make_planner
 from tests.planning.closed_loop import disc, limits
 from tests.planning.test_planner import observation
 

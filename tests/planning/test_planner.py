@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 
 from flightapp.core.errors import InputError
 from flightapp.core.types import Array, Boundary, Observation, ObstacleSet, TargetTrack, TeamMember, VehicleState
-from flightapp.planning import make_evader, make_planner, planner_names
-from flightapp.planning.ac2f import Ac2fParameters, Ac2fPlanner
+from flightapp.planning.ac2f.parameters import Ac2fParameters
+from flightapp.planning.ac2f.planner import Ac2fPlanner
 from flightapp.planning.ac2f.variants import VARIANTS
+from flightapp.planning.registry import make_evader, make_planner, planner_names
 from tests.planning.closed_loop import disc, limits
 
 LINE = Boundary(np.array([[0.0, -50.0], [0.0, 50.0]]), False)

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightapp.core.types import Array
-from flightapp.planning.ac2f import Ac2fParameters
 from flightapp.planning.ac2f.field import deflected, field_velocity, repulsion, speed_limit_ahead_m_s
 from flightapp.planning.ac2f.looking import seen_share
+from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.safe_velocity import DIRECTIONS, Braking, safe_velocity
 from tests.planning.acting import Moment, Pair, random_scene, scene_of
 from tests.planning.closed_loop import limits

@@ -9,7 +9,7 @@ from dataclasses import astuple, dataclass, replace
 import numpy as np
 import pytest
 
-from flightapp.planning.ac2f import Ac2fParameters
+from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.records import parameter_record
 from flightapp.planning.ac2f.stage import COARSE, FINE, HOLD, SEARCH, STAGES, TRACKING, next_stage, sentences
 from tests.planning.closed_loop import limits

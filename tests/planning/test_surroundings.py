@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightapp.core.types import Array
-from flightapp.planning.ac2f import Ac2fParameters
 from flightapp.planning.ac2f.history import sample_position, variance_m2
 from flightapp.planning.ac2f.judge import judge
+from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.recollection import blank_recollection
 from flightapp.planning.ac2f.records import VIEW, blank_memory, parameter_record
 from flightapp.planning.ac2f.scene import inflate

@@ -10,10 +10,11 @@ from flightapp.config.loading import read_toml
 from flightapp.config.mission import load_mission
 from flightapp.config.profile import load_profile
 from flightapp.core.errors import InputError
-from flightapp.planning import file_parameters, make_planner, planner_names
-from flightapp.planning.ac2f import Ac2fParameters, Ac2fPlanner
+from flightapp.planning.ac2f.parameters import Ac2fParameters
+from flightapp.planning.ac2f.planner import Ac2fPlanner
 from flightapp.planning.ac2f.variants import VARIANTS, with_variant
 from flightapp.planning.parameters import parsed
+from flightapp.planning.registry import file_parameters, make_planner, planner_names
 from flightapp.runtime.composition import build_strategy
 from tests.planning.closed_loop import DEMO, PROFILE, demo, fly, limits
 

@@ -20,7 +20,7 @@ from flightapp.analysis.campaign.trace import trace
 from flightapp.analysis.campaign.workers import Workers
 from flightapp.analysis.summary import write_whole
 from flightapp.core.errors import InputError
-from flightapp.planning import make_planner, planner_names
+from flightapp.planning.registry import make_planner, planner_names
 from flightapp.sim.batch.episode import planner_parameters
 from flightapp.sim.batch.scenario import Scenario
 

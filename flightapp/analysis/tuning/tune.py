@@ -15,7 +15,7 @@ from flightapp.analysis.tuning.objective import mean_cost
 from flightapp.analysis.tuning.optimiser import first_points, suggest
 from flightapp.analysis.tuning.weights import weights_of
 from flightapp.core.errors import InputError
-from flightapp.planning import make_planner
+from flightapp.planning.registry import make_planner
 from flightapp.sim.batch.episode import planner_parameters
 from flightapp.sim.batch.scenario import Scenario
 

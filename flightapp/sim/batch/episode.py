@@ -11,9 +11,9 @@ from typing import Protocol, cast
 import numpy as np
 
 from flightapp.core.types import Array, Decision, Observation, TargetTrack, VehicleState
-from flightapp.planning import make_evader, make_planner
 from flightapp.planning.api import Planner
 from flightapp.planning.plane import nearest_on, segments
+from flightapp.planning.registry import make_evader, make_planner
 from flightapp.sim.batch.families.layout import Layout
 from flightapp.sim.batch.records import CAPTURED, ESCAPED, FLYING, OUTCOMES
 from flightapp.sim.batch.result import Outcome, RunResult

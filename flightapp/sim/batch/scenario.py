@@ -13,8 +13,8 @@ from flightapp.config.loading import Strict, read_toml, validate
 from flightapp.config.parameter_files import beside
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits
-from flightapp.planning import planner_names
 from flightapp.planning.capture import CaptureRule
+from flightapp.planning.registry import planner_names
 from flightapp.sim.batch.families.dense import DenseLayout
 from flightapp.sim.batch.families.layout import FamilyLayout
 from flightapp.sim.batch.families.suburban import SuburbanLayout

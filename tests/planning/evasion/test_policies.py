@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightapp.core.types import Boundary, Limits
-from flightapp.planning import evader_names, make_evader
 from flightapp.planning.api import Planner
+from flightapp.planning.registry import evader_names, make_evader
 from tests.planning.evasion.flight import LIMITS, chasing, disc, fly, observation
 
 RUNNERS = ("adversarial", "boundary-seeking", "straight", "voronoi-centroid")

@@ -15,10 +15,10 @@ from flightapp.config.parameter_files import beside
 from flightapp.config.profile import load_profile
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits
-from flightapp.planning import make_evader
 from flightapp.planning.api import Planner
 from flightapp.planning.evasion.recorded import Recorded
 from flightapp.planning.evasion.track_file import HEADER, read_track
+from flightapp.planning.registry import make_evader
 from flightapp.runtime.composition import build_strategy
 from flightapp.sim.batch.scenario import load_scenario
 from tests.planning.evasion.flight import LIMITS, fly
