@@ -62,7 +62,8 @@ def _expire(rows: Array, memory: Record, oldest_s: float) -> None:
     for i in range(m.disc_count):
         if rows[i, 3] >= oldest_s:
             if kept != i:
-                rows[kept] = rows[i]
+                for c in range(rows.shape[1]):  # a row at once would take seconds to compile, for its check of the shapes
+                    rows[kept, c] = rows[i, c]
             kept += 1
     m.disc_count = kept
 
@@ -164,7 +165,8 @@ def _look_through(
                 rows[i, 4] = np.inf
         if not gone:
             if kept != i:
-                rows[kept] = rows[i]
+                for c in range(rows.shape[1]):  # a row at once would take seconds to compile, for its check of the shapes
+                    rows[kept, c] = rows[i, c]
             kept += 1
     m.disc_count = kept
 
