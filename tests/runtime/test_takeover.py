@@ -39,12 +39,12 @@ def assert_released(vehicle: OneVehicle, silent_after_s: float) -> None:
 
 
 def test_the_pilot_takes_over_in_offboard_and_is_never_fought(tmp_path: Path) -> None:
-    with one_vehicle(tmp_path, mock_arguments=pilot(tmp_path, 'mode = "OFFBOARD", after_s = 4.0')) as vehicle:
+    with one_vehicle(tmp_path, mock_arguments=pilot(tmp_path, 'mode = "OFFBOARD", after_s = 6.0')) as vehicle:
         assert_released(vehicle, silent_after_s=0.5)  # MAVSDK's own repeats included
 
 
 def test_the_same_when_only_the_regular_heartbeat_tells_the_mode(tmp_path: Path) -> None:
-    arguments = pilot(tmp_path, 'mode = "OFFBOARD", after_s = 4.0', "--slow-heartbeat")
+    arguments = pilot(tmp_path, 'mode = "OFFBOARD", after_s = 6.0', "--slow-heartbeat")
     with one_vehicle(tmp_path, mock_arguments=arguments) as vehicle:
         assert_released(vehicle, silent_after_s=0.5)
 
