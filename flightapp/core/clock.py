@@ -56,7 +56,7 @@ class ManualClock:
 
 
 def monotonic_ns() -> int:
-    """CLOCK_MONOTONIC, shared by all processes of one machine: for stamps that cross a process border."""
+    """CLOCK_MONOTONIC, shared by all processes of one machine: for stamps that cross a process border, and for time spent."""
     return time.monotonic_ns()
 
 

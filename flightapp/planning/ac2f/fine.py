@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, get_args
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -24,6 +24,7 @@ from flightapp.planning.ac2f.records import (
     VECTOR,
     VIEW_TYPE,
     Record,
+    code_of,
 )
 from flightapp.planning.ac2f.sweep import BRAKING, COLLISION, roll_out, sweep
 from flightapp.planning.ac2f.window import sample_window
@@ -31,7 +32,7 @@ from flightapp.planning.critics import best_candidate, clearance_score, heading_
 
 TERMS = ("heading", "clearance", "velocity", "memory")
 HEADING, CLEARANCE, VELOCITY, MEMORY = range(4)
-GOAL = get_args(Ac2fParameters.model_fields["aim"].annotation).index("goal")
+GOAL = code_of(Ac2fParameters, "aim", "goal")
 STANDING_M_S = 0.1  # below this speed there is no arc to brake along
 
 

@@ -11,13 +11,12 @@ from flightapp.core.clearance import way_gap_m
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.history import variance_m2
-from flightapp.planning.ac2f.records import MEMORY_TYPE, NUMBER, PARAMETERS_TYPE, ROWS, TRUTH, VIEW_TYPE, WHOLE, Record
+from flightapp.planning.ac2f.records import MEMORY_TYPE, NUMBER, PARAMETERS_TYPE, ROWS, TRUTH, VIEW_TYPE, WHOLE, Record, code_of
 from flightapp.planning.ac2f.stage import COARSE, FINE, NO_CHANGE, next_stage
 from flightapp.planning.boundary import is_crossed
-from flightapp.planning.capture import dwell_since_s, encloses, has_dwelt
+from flightapp.planning.capture import CaptureRule, dwell_since_s, encloses, has_dwelt
 
-FIRST = 0
-"""Value of the parameter `capture.mode`."""
+FIRST = code_of(CaptureRule, "mode", "first")
 
 
 @compiled(void(MEMORY_TYPE, VIEW_TYPE, ROWS))

@@ -14,7 +14,6 @@ Three ways to pursue:
 from __future__ import annotations
 
 import math
-from typing import get_args
 
 import numpy as np
 from numba import void
@@ -37,14 +36,15 @@ from flightapp.planning.ac2f.records import (
     VIEW_TYPE,
     WHOLE,
     Record,
+    code_of,
 )
 from flightapp.planning.ac2f.slots import free_slot_bearing_rad, slack_rad, slot_bearing_rad
 from flightapp.planning.ac2f.stage import FINE, TRACKING
 from flightapp.planning.capture import CaptureRule
 
-UNION = get_args(Ac2fParameters.model_fields["game"].annotation).index("union")
-EVADER = get_args(Ac2fParameters.model_fields["goal"].annotation).index("evader")
-FIRST = get_args(CaptureRule.model_fields["mode"].annotation).index("first")
+UNION = code_of(Ac2fParameters, "game", "union")
+EVADER = code_of(Ac2fParameters, "goal", "evader")
+FIRST = code_of(CaptureRule, "mode", "first")
 Planar = tuple[float, float]
 
 

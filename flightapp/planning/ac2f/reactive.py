@@ -4,24 +4,30 @@ from __future__ import annotations
 
 import math
 
-import numba
-import numpy as np
-from numpy.typing import NDArray
+from numba import void
 
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.field import deflected, field_velocity
 from flightapp.planning.ac2f.looking import nose_rad, seen_share
-from flightapp.planning.ac2f.records import ACTION_TYPE, MEMORY_TYPE, PARAMETERS_TYPE, VIEW_TYPE
+from flightapp.planning.ac2f.parameters import Ac2fParameters
+from flightapp.planning.ac2f.records import (
+    ACTION_TYPE,
+    MEMORY_TYPE,
+    NUMBER,
+    PARAMETERS_TYPE,
+    ROWS,
+    VIEW_TYPE,
+    WHOLE,
+    Record,
+    code_of,
+)
 from flightapp.planning.ac2f.safe_velocity import PAIR_TYPE, Braking, safe_velocity
 
-Record = NDArray[np.void]
-SCENE_TYPE = numba.types.Array(numba.float64, 2, "C")
-F8 = numba.float64
-SEARCH_VELOCITY = 0  # avoidance
+SEARCH_VELOCITY = code_of(Ac2fParameters, "avoidance", "search")
 
 
-@compiled(numba.void(PARAMETERS_TYPE, VIEW_TYPE, F8, F8, ACTION_TYPE))
+@compiled(void(PARAMETERS_TYPE, VIEW_TYPE, NUMBER, NUMBER, ACTION_TYPE))
 def _command(parameters: Record, view: Record, wanted_n: float, wanted_e: float, action: Record) -> None:
     """The velocity that is nearest to the wanted one among those reached within a control period."""
     gains = parameters[0]
@@ -43,7 +49,7 @@ def _command(parameters: Record, view: Record, wanted_n: float, wanted_e: float,
     action[0].velocity_e = east
 
 
-@compiled(PAIR_TYPE(PARAMETERS_TYPE, VIEW_TYPE, SCENE_TYPE, F8, F8))
+@compiled(PAIR_TYPE(PARAMETERS_TYPE, VIEW_TYPE, ROWS, NUMBER, NUMBER))
 def _safe(parameters: Record, view: Record, scene: Array, wish_n: float, wish_e: float) -> tuple[float, float]:
     gains = parameters[0]
     seen = view[0]
@@ -71,7 +77,7 @@ def _safe(parameters: Record, view: Record, scene: Array, wish_n: float, wish_e:
     )
 
 
-@compiled(numba.void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, SCENE_TYPE, ACTION_TYPE))
+@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, ACTION_TYPE))
 def hold(parameters: Record, memory: Record, view: Record, scene: Array, action: Record) -> None:
     """Stand, and give way to what comes. Fills velocity, yaw and has_goal of the action."""
     chosen_n, chosen_e = _safe(parameters, view, scene, 0.0, 0.0)
@@ -82,7 +88,7 @@ def hold(parameters: Record, memory: Record, view: Record, scene: Array, action:
 
 
 @compiled(
-    numba.void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, SCENE_TYPE, SCENE_TYPE, F8, F8, F8, F8, numba.int64, F8, F8, ACTION_TYPE)
+    void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, ROWS, NUMBER, NUMBER, NUMBER, NUMBER, WHOLE, NUMBER, NUMBER, ACTION_TYPE)
 )
 def react(
     parameters: Record,
@@ -154,7 +160,7 @@ def react(
     action[0].searched = 0
 
 
-@compiled(numba.void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, SCENE_TYPE, SCENE_TYPE, F8, F8, F8, F8, ACTION_TYPE))
+@compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ROWS, ROWS, NUMBER, NUMBER, NUMBER, NUMBER, ACTION_TYPE))
 def search(
     parameters: Record,
     memory: Record,

@@ -20,6 +20,11 @@ from flightapp.planning.capture import CaptureRule
 Record = NDArray[np.void]
 
 
+def code_of(model: type[Ac2fParameters] | type[CaptureRule], field: str, word: str) -> int:
+    """The number that stands in a record for `word` as the choice `field` of `model`."""
+    return get_args(model.model_fields[field].annotation).index(word)
+
+
 def _plain_fields(model: type[Ac2fParameters] | type[CaptureRule], prefix: str = "") -> list[tuple[str, str]]:
     """(name, "f8" or "i8") of the numbers of a parameter model; a choice of words becomes the index of the word."""
     fields = []
@@ -228,8 +233,8 @@ def blank_memory() -> Record:
 
 
 def _fill(record: Record, model: Ac2fParameters | CaptureRule, prefix: str = "") -> None:
-    for name, info in type(model).model_fields.items():
+    for name in type(model).model_fields:
         value = getattr(model, name)
         if isinstance(value, CaptureRule):
             continue
-        record[prefix + name] = get_args(info.annotation).index(value) if isinstance(value, str) else value
+        record[prefix + name] = code_of(type(model), name, value) if isinstance(value, str) else value

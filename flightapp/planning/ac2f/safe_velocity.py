@@ -15,6 +15,7 @@ import numpy as np
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.ac2f.braking import braking_speed_m_s
+from flightapp.planning.ac2f.records import NUMBER, ROWS, WHOLE
 
 DIRECTIONS = 36
 SPEEDS = 6
@@ -45,12 +46,10 @@ class Braking(NamedTuple):
 
 
 BRAKING_TYPE = numba.types.NamedUniTuple(numba.float64, len(Braking._fields), Braking)  # type: ignore[no-untyped-call]
-SCENE_TYPE = numba.types.Array(numba.float64, 2, "C")
-F8 = numba.float64
-PAIR_TYPE = numba.types.UniTuple(F8, 2)  # type: ignore[no-untyped-call]
+PAIR_TYPE = numba.types.UniTuple(NUMBER, 2)  # type: ignore[no-untyped-call]
 
 
-@compiled(F8(SCENE_TYPE, numba.int64, F8, F8, F8, F8, BRAKING_TYPE, F8))
+@compiled(NUMBER(ROWS, WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, BRAKING_TYPE, NUMBER))
 def _excess_m_s(
     relevant: Array, count: int, n: float, e: float, vn: float, ve: float, braking: Braking, enough_m_s: float
 ) -> float:
@@ -84,7 +83,7 @@ def _excess_m_s(
     return excess
 
 
-@compiled(F8(SCENE_TYPE, numba.int64, F8, F8, F8, F8, F8, F8, BRAKING_TYPE, F8))
+@compiled(NUMBER(ROWS, WHOLE, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, BRAKING_TYPE, NUMBER))
 def _risk_cost(
     relevant: Array,
     count: int,
@@ -116,7 +115,7 @@ def _risk_cost(
     return cost + gain * _excess_m_s(relevant, count, n, e, vn, ve, braking, (enough - cost) / gain)
 
 
-@compiled(numba.int64(SCENE_TYPE, F8, F8, F8, BRAKING_TYPE, SCENE_TYPE))
+@compiled(WHOLE(ROWS, NUMBER, NUMBER, NUMBER, BRAKING_TYPE, ROWS))
 def _sort_relevant(scene: Array, n: float, e: float, speed_m_s: float, braking: Braking, out: Array) -> int:
     """Copy the discs before which a vehicle with `speed_m_s` may not be able to stop, or in which it is; returns how many.
 
@@ -148,7 +147,7 @@ def _sort_relevant(scene: Array, n: float, e: float, speed_m_s: float, braking: 
     return count
 
 
-@compiled(PAIR_TYPE(SCENE_TYPE, F8, F8, F8, F8, F8, F8, F8, BRAKING_TYPE))
+@compiled(PAIR_TYPE(ROWS, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, BRAKING_TYPE))
 def safe_velocity(
     scene: Array,
     n: float,

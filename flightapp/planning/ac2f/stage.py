@@ -8,14 +8,15 @@ import numba
 
 from flightapp.core.compiled import compiled
 from flightapp.planning.ac2f.parameters import Ac2fParameters
-from flightapp.planning.ac2f.records import NUMBER, PARAMETERS_TYPE, TRUTH, WHOLE, Record
+from flightapp.planning.ac2f.records import NUMBER, PARAMETERS_TYPE, TRUTH, WHOLE, Record, code_of
 
 HOLD, SEARCH, COARSE, FINE, TRACKING = range(5)
 STAGES = ("hold", "search", "coarse", "fine", "tracking")
 """Names of the stages, as modes of decisions and recordings."""
 
-BOTH, COARSE_ONLY, FINE_ONLY = range(3)
-"""Values of the parameter `stages`."""
+BOTH = code_of(Ac2fParameters, "stages", "both")
+COARSE_ONLY = code_of(Ac2fParameters, "stages", "coarse")
+FINE_ONLY = code_of(Ac2fParameters, "stages", "fine")
 
 (NO_CHANGE, NEVER_SEEN, LOST, STALE, SEEN, NEAR, CONFINED, MET, EXPIRED, FAR, LEFT_ZONE, LEFT_ALL) = range(12)
 """Why a stage was entered: index in `sentences`."""

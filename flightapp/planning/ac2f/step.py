@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import get_args
 
 import numpy as np
 from numba import void
@@ -35,12 +34,13 @@ from flightapp.planning.ac2f.records import (
     VIEW_TYPE,
     WHOLE,
     Record,
+    code_of,
 )
 from flightapp.planning.ac2f.stage import FINE, HOLD, SEARCH, TRACKING
 from flightapp.planning.ac2f.surroundings import look
 from flightapp.planning.ac2f.workspace import POSITIONS_TYPE, workspace_of
 
-BRAKE = get_args(Ac2fParameters.model_fields["no_admissible"].annotation).index("brake")
+BRAKE = code_of(Ac2fParameters, "no_admissible", "brake")
 
 
 @compiled(void(PARAMETERS_TYPE, MEMORY_TYPE, VIEW_TYPE, ACTION_TYPE, ROWS))

@@ -12,8 +12,8 @@ import numpy as np
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array, Limits, Observation
 from flightapp.planning.ac2f.field import deflected
-from flightapp.planning.ac2f.records import Record
-from flightapp.planning.ac2f.safe_velocity import F8, PAIR_TYPE, SCENE_TYPE, Braking, safe_velocity
+from flightapp.planning.ac2f.records import NUMBER, ROWS, Record
+from flightapp.planning.ac2f.safe_velocity import PAIR_TYPE, Braking, safe_velocity
 from flightapp.planning.ac2f.scene import SCENE_COLUMNS, add_vehicle, inflate
 from flightapp.planning.evasion.parameters import AvoidingParameters
 from flightapp.planning.plane import Point, planar
@@ -37,7 +37,7 @@ AVOIDANCE = np.dtype([(name, "f8") for name in GIVEN + DERIVED], align=True)
 AVOIDANCE_TYPE = numba.types.Array(numba.from_dtype(AVOIDANCE), 1, "C")
 
 
-@compiled(PAIR_TYPE(AVOIDANCE_TYPE, F8, F8, F8, F8, F8, F8, SCENE_TYPE, F8, SCENE_TYPE, SCENE_TYPE))
+@compiled(PAIR_TYPE(AVOIDANCE_TYPE, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, ROWS, NUMBER, ROWS, ROWS))
 def avoid(
     parameters: Record,
     own_n: float,

@@ -10,6 +10,7 @@ import numpy as np
 
 from flightapp.config.loading import Strict
 from flightapp.core.angles import wrap_pi
+from flightapp.core.errors import InputError
 from flightapp.core.types import Array, Boundary
 
 
@@ -88,3 +89,22 @@ def shaken(
     north, east, turn = random.uniform(-1.0, 1.0, 3).tolist()
     heading = wrap_pi(heading_rad + turn * math.radians(heading_noise_deg))
     return Start(place[0] + north * noise_m, place[1] + east * noise_m, heading)
+
+
+def chasing_starts(
+    team: Team,
+    evader_m: tuple[float, float],
+    pursuers_m: Sequence[tuple[float, float]],
+    noise_m: float,
+    heading_noise_deg: float,
+    random: np.random.Generator,
+) -> tuple[Start, tuple[Start, ...]]:
+    """The evader, heading south, and `team.count` pursuers, heading for it, each shaken about its place in m."""
+    if team.count > len(pursuers_m):
+        raise InputError(f"layout.pursuer_starts_m: {len(pursuers_m)} starts for pursuers.count = {team.count}; give one each")
+    evader = shaken(evader_m, math.pi, noise_m, heading_noise_deg, random)
+    pursuers = []
+    for place in pursuers_m[: team.count]:
+        towards_rad = math.atan2(evader.east_m - place[1], evader.north_m - place[0])
+        pursuers.append(shaken(place, towards_rad, noise_m, heading_noise_deg, random))
+    return evader, tuple(pursuers)

@@ -14,11 +14,10 @@ from flightapp.sim.batch.families.layout import (
     Area,
     FamilyLayout,
     Layout,
-    Start,
     Team,
+    chasing_starts,
     disc,
     disc_rows,
-    shaken,
     standing_discs,
     start_rows,
 )
@@ -51,23 +50,14 @@ class SuburbanLayout(FamilyLayout):
     start_clear_m: float = Field(default=2.0, ge=0)
 
     def draw(self, team: Team, random: np.random.Generator) -> Layout:
-        if team.count > len(self.pursuer_starts_m):
-            raise InputError(
-                f"layout.pursuer_starts_m: {len(self.pursuer_starts_m)} starts for pursuers.count = {team.count}; give one each"
-            )
-        evader = self._start(self.evader_start_m, math.pi, random)
-        pursuers = [
-            self._start(place, math.atan2(evader.east_m - place[1], evader.north_m - place[0]), random)
-            for place in self.pursuer_starts_m[: team.count]
-        ]
+        evader, pursuers = chasing_starts(
+            team, self.evader_start_m, self.pursuer_starts_m, self.start_noise_m, self.heading_noise_deg, random
+        )
         starts = start_rows([evader, *pursuers])
         discs = self._houses(starts, random)
         discs += self._trees(starts, discs, random)
         boundary = Boundary(np.array([[0.0, 0.0], [0.0, self.east_m]]), False)
-        return Layout(disc_rows(discs), boundary, tuple(pursuers), evader, Area(0.0, self.north_m, 0.0, self.east_m))
-
-    def _start(self, place: tuple[float, float], heading_rad: float, random: np.random.Generator) -> Start:
-        return shaken(place, heading_rad, self.start_noise_m, self.heading_noise_deg, random)
+        return Layout(disc_rows(discs), boundary, pursuers, evader, Area(0.0, self.north_m, 0.0, self.east_m))
 
     def _houses(self, starts: Array, random: np.random.Generator) -> list[list[float]]:
         rows: list[list[float]] = []
