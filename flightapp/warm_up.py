@@ -20,7 +20,7 @@ PARTS = (
 """Longest first."""
 WHOLE = (
     "flightapp.sim.batch",
-    "flightapp.sim.depth_renderer",
+    "perception.synthetic.depth_renderer",
     "flightapp.planning.evasion.avoidance",
     "flightapp.planning.evasion.voronoi_cell",
 )

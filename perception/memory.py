@@ -3,36 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from perception.cells import TANGENT_BINS, TANGENT_MAX, TANGENT_STEP
-from perception.geometry import CameraPose
 from perception.parameters import PerceptionParameters
 from perception.sectors import is_seen
+from perception.sighting import View
 
 _CAPACITY = 300
 _SEE_THROUGH_FRACTION = 0.5
 _CONTAINED_M = 0.2
 """A disc that sticks out of another by less than this counts as contained in it."""
 _BEARING_MAX_RAD = 1.3
-
-
-@dataclass(frozen=True, slots=True)
-class View:
-    """What one frame showed.
-
-    seen: (360,) half-degree sectors ahead that were seen. nearest_m: forward distance of the first surface in each bearing bin
-    of the cell grid, inf where there is none. reliable_range_m: depth up to which no surface means free.
-    """
-
-    camera: CameraPose
-    seen: NDArray[np.bool_]
-    nearest_m: NDArray[np.float64]
-    range_min_m: float
-    reliable_range_m: float
 
 
 class DiscMemory:

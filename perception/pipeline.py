@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from perception.cells import CellGrid
 from perception.covering import cover
 from perception.geometry import CameraPose, MountingLike, camera_pose, is_finite
-from perception.memory import DiscMemory, View
+from perception.memory import DiscMemory
 from perception.parameters import PerceptionParameters
 from perception.sectors import WHOLE_CIRCLE, GroundCheck, in_view, unseen_sectors
+from perception.sighting import View
 from perception.types import DepthFrame, PerceivedObstacles, VehiclePose
 
 NO_EXCLUSION = np.zeros((0, 3))
@@ -101,7 +102,7 @@ class PerceptionPipeline:
         observed = _to_mission(cover(points, self._parameters), camera)
         view = View(camera, seen, points.nearest_m, self._range_min_m, self._grid.reliable_range_m)
         discs = self._memory.update(frame.t_s, observed, view, exclude)
-        return PerceivedObstacles(frame.t_s, self._columns(discs, pose), unseen_sectors(seen, camera.heading_rad), events)
+        return self._obstacles(frame.t_s, discs, pose, unseen_sectors(seen, camera.heading_rad), events)
 
     def _fault(self, frame: DepthFrame, pose: VehiclePose) -> str:
         """What makes the frame unusable, or nothing."""
@@ -127,16 +128,18 @@ class PerceptionPipeline:
     def _blind(self, t_s: float, pose: VehiclePose, exclude: NDArray[np.float64], event: str) -> PerceivedObstacles:
         """Nothing was seen: what is remembered, and the whole circle unseen."""
         discs = self._memory.update(t_s, np.zeros((0, 3)), None, exclude)
-        return PerceivedObstacles(t_s, self._columns(discs, pose), WHOLE_CIRCLE.copy(), (event,))
+        return self._obstacles(t_s, discs, pose, WHOLE_CIRCLE.copy(), (event,))
 
-    def _columns(self, discs: NDArray[np.float64], pose: VehiclePose) -> NDArray[np.float64]:
-        """(n, 3) -> (n, 7), at most `discs_max`, nearest surface first."""
+    def _obstacles(
+        self, t_s: float, discs: NDArray[np.float64], pose: VehiclePose, unseen: NDArray[np.float64], events: tuple[str, ...]
+    ) -> PerceivedObstacles:
+        """Discs (n, 3), at most `discs_max`, nearest surface first, in ObstacleSet's columns."""
         gap = np.hypot(discs[:, 0] - pose.position_ned_m[0], discs[:, 1] - pose.position_ned_m[1]) - discs[:, 2]
         nearest = np.argsort(gap, kind="stable")[: self._parameters.discs_max]
         out = np.zeros((len(nearest), 7))
         out[:, :3] = discs[nearest]
         out[:, 5], out[:, 6] = -np.inf, np.inf
-        return out
+        return PerceivedObstacles(t_s, out, np.zeros(len(out)), np.ones(len(out)), unseen, events)
 
 
 def _to_mission(discs: NDArray[np.float64], camera: CameraPose) -> NDArray[np.float64]:

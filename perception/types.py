@@ -21,17 +21,6 @@ class Intrinsics:
 
 
 @dataclass(frozen=True, slots=True)
-class DepthFrame:
-    """One depth image: z along the optical axis in units of `depth_unit_m`, 0 = no return; `t_s` is the capture time."""
-
-    t_s: float
-    number: int
-    depth: NDArray[np.uint16]  # (height, width), C order
-    depth_unit_m: float
-    intrinsics: Intrinsics
-
-
-@dataclass(frozen=True, slots=True)
 class VehiclePose:
     """Pose of the vehicle at the frame's capture time: position NED in the mission frame; roll, pitch, yaw of body FRD."""
 
@@ -43,15 +32,33 @@ class VehiclePose:
 
 
 @dataclass(frozen=True, slots=True)
+class DepthFrame:
+    """One depth image: z along the optical axis in units of `depth_unit_m`, 0 = no return; `t_s` is the capture time.
+
+    pose: of the vehicle at that time, where the source knows it (recordings, synthetic frames).
+    """
+
+    t_s: float
+    number: int
+    depth: NDArray[np.uint16]  # (height, width), C order
+    depth_unit_m: float
+    intrinsics: Intrinsics
+    pose: VehiclePose | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class PerceivedObstacles:
     """Discs and unseen sectors in the mission frame; columns as flightapp's ObstacleSet.
 
     discs: (n, 7) north_m, east_m, radius_m, v_north_m_s, v_east_m_s, down_top_m, down_bottom_m.
+    age_s: (n,) since each disc was last seen. confidence: (n,) in [0, 1]: how sure it is that something is there.
     unseen: (k, 2) bearings [from, to) in rad clockwise from north as seen from the vehicle.
     events: what was wrong with the frame, one clear sentence each; empty for a good one.
     """
 
     t_s: float
     discs: NDArray[np.float64]
+    age_s: NDArray[np.float64]
+    confidence: NDArray[np.float64]
     unseen: NDArray[np.float64]
     events: tuple[str, ...] = ()

@@ -12,10 +12,10 @@ from flightapp.bench.situation import HEIGHT_M, straight
 from flightapp.config.mission import Mission, Vehicle
 from flightapp.config.profile import Profile
 from flightapp.sim.camera import intrinsics_of
-from flightapp.sim.depth_renderer import DEPTH_UNIT_M, DepthRenderer
 from flightapp.sim.world import World
 from perception.geometry import camera_pose
 from perception.pipeline import PerceptionPipeline
+from perception.synthetic.depth_renderer import DEPTH_UNIT_M, DepthRenderer
 from perception.types import DepthFrame, VehiclePose
 
 PERCEPTION_AIM_MS = 3.0

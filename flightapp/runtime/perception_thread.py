@@ -85,7 +85,7 @@ class PerceptionThread(threading.Thread):
         seen = self._pipeline.process(frame, pose, self.exclude)
         latency_s = self._clock.now_s() - started_s
         obstacles = ObstacleSet(frame.t_s, seen.discs, seen.unseen)
-        self.newest = Perceived(obstacles, frame.t_s, frame.number, latency_s, self._source.skipped, seen.events)
+        self.newest = Perceived(obstacles, frame.t_s, frame.number, latency_s, self._source.health.skipped, seen.events)
         self._on_result()
         return True
 

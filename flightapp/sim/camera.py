@@ -27,11 +27,11 @@ from flightapp.core.clock import monotonic_ns
 from flightapp.core.errors import InputError
 from flightapp.core.parent_death import signal_on_parent_death
 from flightapp.core.types import Array
-from flightapp.sim.depth_renderer import DEPTH_UNIT_M, DepthRenderer
 from flightapp.sim.truth import Truth, TruthReader
 from flightapp.sim.world import World
 from perception.geometry import camera_pose
 from perception.sources.shared_memory import SharedMemoryWriter
+from perception.synthetic.depth_renderer import DEPTH_UNIT_M, DepthRenderer
 from perception.types import Intrinsics, VehiclePose
 
 FaultKind = Literal["off", "stuck", "zero"]

@@ -2,24 +2,42 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 from perception.types import DepthFrame
+
+
+@dataclass(frozen=True, slots=True)
+class SourceHealth:
+    """Counters since the source was opened, and its state now."""
+
+    received: int = 0
+    """Frames returned by `latest`."""
+    skipped: int = 0
+    """Frames that arrived but nobody saw, because a newer one was there."""
+    lost: int = 0
+    """Frames that the camera took but that never arrived: gaps in its frame numbers."""
+    restarts: int = 0
+    """How often a stalled stream was started again."""
+    temperature_c: float | None = None
+    fault: str = ""
+    """What is wrong now, one sentence; empty while frames come."""
 
 
 class DepthSource(Protocol):
     """A source of depth frames that is polled and never blocks."""
 
     @property
-    def received(self) -> int:
-        """Frames returned so far."""
+    def health(self) -> SourceHealth:
+        """Counters and state, as of the last call of `latest`."""
 
     @property
-    def skipped(self) -> int:
-        """Frames that the camera delivered but nobody saw, because a newer one was there."""
+    def is_finished(self) -> bool:
+        """True once a recording has come to its end; a camera never does."""
 
     def latest(self) -> DepthFrame | None:
-        """The newest frame that was not returned yet; None if there is nothing new.
+        """The newest frame that was not returned yet (of a recording: the next one); None if there is nothing new.
 
         The pixels belong to the source: they stay unchanged until the second-next frame is returned.
         """

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from perception.errors import PerceptionInputError
+from perception.sources.api import SourceHealth
 from perception.types import DepthFrame, Intrinsics
 
 
@@ -24,12 +25,12 @@ class PngFolderSource:
         self._received = 0
 
     @property
-    def received(self) -> int:
-        return self._received
+    def health(self) -> SourceHealth:
+        return SourceHealth(received=self._received)
 
     @property
-    def skipped(self) -> int:
-        return 0
+    def is_finished(self) -> bool:
+        return self._received >= len(self._files)
 
     def latest(self) -> DepthFrame | None:
         if self._received >= len(self._files):

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from perception.errors import PerceptionInputError
+from perception.sources.api import SourceHealth
 from perception.sources.clock_mapping import CaptureClock
 from perception.types import DepthFrame, Intrinsics
 
@@ -21,7 +22,7 @@ class RealSenseSource:
 
     now_s: the caller's time; unix_s: the host's Unix time, in which the SDK stamps frames. Raises PerceptionInputError if the
     SDK or the camera is missing or the camera does not offer the mode. A camera that stops delivering (unplugged) shows as
-    None from `latest()` and a sentence in `failure`.
+    None from `latest()` and a sentence in `health.fault`.
     """
 
     def __init__(
@@ -40,7 +41,8 @@ class RealSenseSource:
         self._number: int | None = None
         self._received = 0
         self._skipped = 0
-        self.failure: str | None = None
+        self._fault = ""
+        self._is_recording = recording is not None
         self._pipeline = self._rs.pipeline()
         config = self._rs.config()
         if recording is not None:
@@ -64,12 +66,12 @@ class RealSenseSource:
         self._buffers = [np.zeros((height_px, width_px), np.uint16) for _ in range(2)]
 
     @property
-    def received(self) -> int:
-        return self._received
+    def health(self) -> SourceHealth:
+        return SourceHealth(received=self._received, skipped=self._skipped, fault=self._fault)
 
     @property
-    def skipped(self) -> int:
-        return self._skipped
+    def is_finished(self) -> bool:
+        return self._is_recording and bool(self._fault)
 
     def latest(self) -> DepthFrame | None:
         newest = self._poll()
@@ -95,14 +97,14 @@ class RealSenseSource:
         return DepthFrame(t_s, number, self._buffers[index], self._depth_unit_m, intrinsics)
 
     def close(self) -> None:
-        if self.failure is None:
+        if not self._fault:
             self._pipeline.stop()
-            self.failure = "closed"
+            self._fault = "closed"
 
     def _poll(self) -> Any:
         """The newest depth frame of the SDK's queue, or None."""
         newest = None
-        if self.failure is not None:
+        if self._fault:
             return None
         try:
             while frames := self._pipeline.poll_for_frames():
@@ -110,7 +112,7 @@ class RealSenseSource:
                 if depth:
                     newest = depth
         except RuntimeError as error:
-            self.failure = f"RealSense: {error}"
+            self._fault = f"RealSense: {error}"
         return newest
 
 

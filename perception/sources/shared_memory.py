@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from perception.sources.api import SourceHealth
 from perception.types import DepthFrame, Intrinsics
 
 _MAGIC = b"DEPTHV01"
@@ -102,12 +103,12 @@ class SharedMemorySource:
         self._buffers: list[NDArray[np.uint16]] = []
 
     @property
-    def received(self) -> int:
-        return self._received
+    def health(self) -> SourceHealth:
+        return SourceHealth(received=self._received, skipped=self._skipped)
 
     @property
-    def skipped(self) -> int:
-        return self._skipped
+    def is_finished(self) -> bool:
+        return False
 
     def latest(self) -> DepthFrame | None:
         if self._map is None and not self._open():

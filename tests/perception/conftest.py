@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from tests.perception.scenes import MakeScene, Scene
+from tests.perception.scenes import MakeStage, Stage
 
 
 @pytest.fixture
-def scene() -> MakeScene:
+def scene() -> MakeStage:
     def make(
         cylinders: list[tuple[float, ...]] | None = None,
         boxes: list[tuple[float, ...]] | None = None,
         noise: bool = True,
         seed: int = 1,
-    ) -> Scene:
-        return Scene(cylinders or [], boxes or [], noise, seed)
+    ) -> Stage:
+        return Stage(cylinders or [], boxes or [], noise, seed)
 
     return make
 

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from flightapp.config.mission import Box, Cylinder, Obstacles
-from flightapp.sim.depth_renderer import DepthRenderer
 from flightapp.sim.world import World
 from perception.geometry import CameraMounting, camera_pose
+from perception.synthetic.depth_renderer import DepthRenderer
 from perception.types import DepthFrame, Intrinsics, VehiclePose
 
 D435 = Intrinsics(848, 480, 421.6, 421.6, 424.0, 240.0)
@@ -29,8 +29,8 @@ def pose(
     return VehiclePose((north, east, -height), (0.0, 0.0, 0.0), *angles)
 
 
-class Scene:
-    """A world with a camera in it. `shoot` counts frames at 30 Hz."""
+class Stage:
+    """A scene with a camera in it. `shoot` counts frames at 30 Hz."""
 
     def __init__(self, cylinders: list[tuple[float, ...]], boxes: list[tuple[float, ...]], noise: bool, seed: int) -> None:
         self.world = World(
@@ -50,7 +50,7 @@ class Scene:
         return DepthFrame(self.number / 30, self.number, depth, 0.001, D435)
 
 
-MakeScene = Callable[..., Scene]
+MakeStage = Callable[..., Stage]
 
 
 def outside_m(points: np.ndarray, discs: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from perception.cli import main
-from tests.perception.scenes import MakeScene, pose
+from tests.perception.scenes import MakeStage, pose
 
 D435 = "421.6,421.6,424,240"
 
@@ -23,7 +23,7 @@ def listed(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> list[d
 
 
 @pytest.fixture
-def frames(scene: MakeScene, tmp_path: Path) -> Path:
+def frames(scene: MakeStage, tmp_path: Path) -> Path:
     folder = tmp_path / "frames"
     folder.mkdir()
     world = scene(cylinders=[(4.0, 1.0, 0.3, 9.0)])

@@ -11,7 +11,7 @@ import pytest
 from perception.parameters import PerceptionParameters
 from perception.pipeline import PerceptionPipeline
 from perception.types import DepthFrame, PerceivedObstacles, VehiclePose
-from tests.perception.scenes import D435, MOUNTING, MakeScene, pose
+from tests.perception.scenes import D435, MOUNTING, MakeStage, pose
 
 WHOLE = [[-math.pi, math.pi]]
 
@@ -45,7 +45,7 @@ def test_a_bad_frame_is_an_event_and_an_unseen_circle(name: str) -> None:
 
 
 @pytest.mark.parametrize("field", range(3))
-def test_a_pose_that_is_not_a_number_is_an_event(scene: MakeScene, field: int) -> None:
+def test_a_pose_that_is_not_a_number_is_an_event(scene: MakeStage, field: int) -> None:
     bad = [
         VehiclePose((0.0, math.nan, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0, 0.0),
         VehiclePose((0.0, 0.0, -5.0), (math.inf, 0.0, 0.0), 0.0, 0.0, 0.0),
@@ -56,7 +56,7 @@ def test_a_pose_that_is_not_a_number_is_an_event(scene: MakeScene, field: int) -
     assert found.unseen.tolist() == WHOLE
 
 
-def test_a_bad_frame_keeps_what_is_remembered(scene: MakeScene) -> None:
+def test_a_bad_frame_keeps_what_is_remembered(scene: MakeStage) -> None:
     process = pipeline()
     world = scene(cylinders=[(4.0, 0.0, 0.5, 9.0)])
     process.process(world.shoot(pose()), pose())
@@ -66,7 +66,7 @@ def test_a_bad_frame_keeps_what_is_remembered(scene: MakeScene) -> None:
     assert found.discs[0, :2] == pytest.approx([4.0, 0.0], abs=0.2)
 
 
-def test_outside_the_picture_is_unseen(scene: MakeScene) -> None:
+def test_outside_the_picture_is_unseen(scene: MakeStage) -> None:
     for yaw in (0.0, 90.0, 170.0, -100.0):
         at = pose(height=2.0, yaw_deg=yaw)
         found = pipeline().process(scene().shoot(at), at)
@@ -78,7 +78,7 @@ def test_outside_the_picture_is_unseen(scene: MakeScene) -> None:
         assert np.all(found.unseen[:, 0] < found.unseen[:, 1])
 
 
-def test_half_a_covered_lens_is_half_unseen(scene: MakeScene) -> None:
+def test_half_a_covered_lens_is_half_unseen(scene: MakeStage) -> None:
     at = pose(height=2.0)
     frame = scene().shoot(at)
     frame.depth[:, :424] = 0
@@ -89,7 +89,7 @@ def test_half_a_covered_lens_is_half_unseen(scene: MakeScene) -> None:
     assert not is_unseen(found, 20.0)
 
 
-def test_a_covered_lens_is_noticed_at_once_where_the_ground_was_due(scene: MakeScene) -> None:
+def test_a_covered_lens_is_noticed_at_once_where_the_ground_was_due(scene: MakeStage) -> None:
     process, at = pipeline(), pose(height=5.0)
     assert process.process(scene().shoot(at), at).events == ()
     found = process.process(DepthFrame(0.06, 2, np.zeros((480, 848), np.uint16), 0.001, D435), at)
@@ -97,7 +97,7 @@ def test_a_covered_lens_is_noticed_at_once_where_the_ground_was_due(scene: MakeS
     assert found.unseen.tolist() == WHOLE
 
 
-def test_open_sky_is_free_for_a_moment_and_unseen_in_the_end(scene: MakeScene) -> None:
+def test_open_sky_is_free_for_a_moment_and_unseen_in_the_end(scene: MakeStage) -> None:
     process, world = pipeline(sky_hold_s=0.5), scene()
     process.process(world.shoot(pose()), pose())
     for number in range(2, 40):
@@ -106,12 +106,12 @@ def test_open_sky_is_free_for_a_moment_and_unseen_in_the_end(scene: MakeScene) -
         assert (found.unseen.tolist() == WHOLE) == (number - 1 > 15), number
 
 
-def test_a_pitch_that_hides_the_height_band_is_unseen(scene: MakeScene) -> None:
+def test_a_pitch_that_hides_the_height_band_is_unseen(scene: MakeStage) -> None:
     at = pose(height=3.0, pitch_deg=-50.0)
     assert pipeline().process(scene().shoot(at), at).unseen.tolist() == WHOLE
 
 
-def test_a_frozen_image_is_noticed(scene: MakeScene) -> None:
+def test_a_frozen_image_is_noticed(scene: MakeStage) -> None:
     process = pipeline(frozen_frames_max=10)
     image = scene(cylinders=[(4.0, 0.0, 0.5, 9.0)]).shoot(pose()).depth
     events = [process.process(DepthFrame(k / 30, k, image, 0.001, D435), pose()).events for k in range(12)]
@@ -119,7 +119,7 @@ def test_a_frozen_image_is_noticed(scene: MakeScene) -> None:
     assert "frozen" in events[10][0]
 
 
-def test_a_turning_vehicle_remembers_what_it_has_passed(scene: MakeScene) -> None:
+def test_a_turning_vehicle_remembers_what_it_has_passed(scene: MakeStage) -> None:
     trees = [(4.0, 0.0, 0.5, 9.0), (0.0, 4.0, 0.4, 9.0), (-4.0, -1.0, 0.6, 9.0)]
     process, world = pipeline(), scene(cylinders=trees)
     for step in range(80):
@@ -135,7 +135,7 @@ def test_a_turning_vehicle_remembers_what_it_has_passed(scene: MakeScene) -> Non
         assert world.world.signed_distance_m(north, east, -5.0) + radius < 0.5
 
 
-def test_memory_grows_and_fades(scene: MakeScene) -> None:
+def test_memory_grows_and_fades(scene: MakeStage) -> None:
     process, world = pipeline(memory_s=1.0, memory_growth_m_s=0.1), scene(cylinders=[(4.0, 0.0, 0.5, 9.0)])
     first = process.process(world.shoot(pose()), pose()).discs[0, 2]
     away = pose(yaw_deg=180.0)
@@ -144,7 +144,7 @@ def test_memory_grows_and_fades(scene: MakeScene) -> None:
     assert radii[-1] == []
 
 
-def test_a_place_seen_free_is_forgotten(scene: MakeScene) -> None:
+def test_a_place_seen_free_is_forgotten(scene: MakeStage) -> None:
     process = pipeline()
     with_pole, without = scene(cylinders=[(4.0, 0.0, 0.3, 9.0)]), scene(boxes=[(7.0, 0.0, 0.5, 6.0, 9.0, 0.0)])
     assert len(process.process(with_pole.shoot(pose()), pose()).discs) == 1
@@ -152,7 +152,7 @@ def test_a_place_seen_free_is_forgotten(scene: MakeScene) -> None:
     assert process.process(without.shoot(pose()), pose()).discs[:, 0].min() > 6.0
 
 
-def test_what_is_hidden_behind_something_nearer_is_remembered(scene: MakeScene) -> None:
+def test_what_is_hidden_behind_something_nearer_is_remembered(scene: MakeStage) -> None:
     process = pipeline()
     open_view, blocked = scene(cylinders=[(6.0, 0.0, 0.3, 9.0)]), scene(boxes=[(3.0, 0.0, 0.5, 3.0, 9.0, 0.0)])
     process.process(open_view.shoot(pose()), pose())
@@ -162,7 +162,7 @@ def test_what_is_hidden_behind_something_nearer_is_remembered(scene: MakeScene) 
 
 
 @pytest.mark.parametrize("distance", [1.5, 4.0, 8.0])
-def test_vehicles_are_not_obstacles_but_the_tree_behind_them_is(scene: MakeScene, distance: float) -> None:
+def test_vehicles_are_not_obstacles_but_the_tree_behind_them_is(scene: MakeStage, distance: float) -> None:
     world = scene(cylinders=[(distance + 2.0, 1.5, 0.5, 9.0)] if distance < 7 else [])
     process = pipeline()
     body = np.array([[distance, 0.0, -5.0, 0.35]])
@@ -175,7 +175,7 @@ def test_vehicles_are_not_obstacles_but_the_tree_behind_them_is(scene: MakeScene
         assert not len(found) or np.hypot(found[0, 0] - distance - 2.0, found[0, 1] - 1.5) < 0.3
 
 
-def test_a_vehicle_that_flies_by_leaves_no_trail(scene: MakeScene) -> None:
+def test_a_vehicle_that_flies_by_leaves_no_trail(scene: MakeStage) -> None:
     process, world = pipeline(), scene()
     for step in range(60):
         north, east = 5.0, -6.0 + 0.2 * step
@@ -184,13 +184,13 @@ def test_a_vehicle_that_flies_by_leaves_no_trail(scene: MakeScene) -> None:
         assert len(found.discs) == 0
 
 
-def test_an_exclusion_without_numbers_excludes_nothing(scene: MakeScene) -> None:
+def test_an_exclusion_without_numbers_excludes_nothing(scene: MakeStage) -> None:
     frame = scene(cylinders=[(4.0, 0.0, 0.5, 9.0)]).shoot(pose())
     found = pipeline().process(frame, pose(), np.array([[math.nan, 0.0, 2.0], [4.0, 0.0, math.inf], [4.0, 0.0, 0.0]]))
     assert len(found.discs) == 1
 
 
-def test_flying_through_a_wood_stays_honest_and_small(scene: MakeScene) -> None:
+def test_flying_through_a_wood_stays_honest_and_small(scene: MakeStage) -> None:
     random = np.random.default_rng(3)
     trees = [(float(n), float(e), 0.3 + 0.3 * random.random(), 9.0) for n in range(4, 44, 5) for e in range(-12, 13, 6)]
     trees = [(n, e + 3.0 * (i % 2), r, h) for i, (n, e, r, h) in enumerate(trees)]
@@ -204,7 +204,7 @@ def test_flying_through_a_wood_stays_honest_and_small(scene: MakeScene) -> None:
             assert world.world.signed_distance_m(north, east, -5.0) + radius < 1.2
 
 
-def test_a_frame_takes_less_than_a_tenth_of_its_period(scene: MakeScene) -> None:
+def test_a_frame_takes_less_than_a_tenth_of_its_period(scene: MakeStage) -> None:
     process, world = pipeline(), scene(boxes=[(4.0, 0.0, 0.5, 12.0, 9.0, 0.0)])
     frames = [world.shoot(pose()) for _ in range(20)]
     took = []

@@ -47,12 +47,12 @@ def test_the_newest_frame_wins_and_skipped_ones_are_counted(tmp_path: Path) -> N
         writer.write(image(value), value)
     first = source.latest()
     assert first is not None
-    assert (first.number, source.skipped) == (3, 0)
+    assert (first.number, source.health.skipped) == (3, 0)
     for value in range(4, 9):
         writer.write(image(value), value)
     second = source.latest()
     assert second is not None
-    assert (second.number, int(second.depth[0, 0]), source.skipped, source.received) == (8, 8, 4, 2)
+    assert (second.number, int(second.depth[0, 0]), source.health.skipped, source.health.received) == (8, 8, 4, 2)
     assert int(first.depth[0, 0]) == 3, "the frame before must stay as it was"
 
 
@@ -104,8 +104,8 @@ def test_no_frame_is_torn_while_another_process_writes_as_fast_as_it_can(tmp_pat
         last = frame.number
     process.join(10)
     assert last == count
-    assert source.received > 10
-    assert source.received + source.skipped <= count
+    assert source.health.received > 10
+    assert source.health.received + source.health.skipped <= count
 
 
 def test_recorded_frames_come_in_the_order_of_their_numbers(tmp_path: Path) -> None:
@@ -167,7 +167,7 @@ def test_a_realsense_recording_plays_through_the_camera_source(tmp_path: Path) -
     source.close()
     assert values == sorted(set(values))
     assert values[-1] == 8
-    assert source.received == len(values)
+    assert source.health.received == len(values)
 
 
 def test_a_missing_realsense_recording_is_named(tmp_path: Path) -> None:

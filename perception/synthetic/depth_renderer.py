@@ -1,4 +1,4 @@
-"""What a depth camera of the RealSense D435 kind sees of the simulated world.
+"""What a depth camera of the RealSense D435 kind sees of a known scene.
 
 Ray-casts the ground plane, vertical cylinders, boxes and spheres into a z-depth image, then makes it look like stereo depth:
 
@@ -10,7 +10,7 @@ Ray-casts the ground plane, vertical cylinders, boxes and spheres into a z-depth
   as the jump in disparity, focal length * baseline * (1 / near - 1 / far).
 - Out of range (below `range_min_m`, beyond `range_max_m`) is 0.
 
-The image is a function of (world, pose, seed, frame number) alone.
+The image is a function of (scene, pose, seed, frame number) alone.
 """
 
 from __future__ import annotations
@@ -22,9 +22,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from flightapp.core.types import Array
-from flightapp.sim.world import World
 from perception.geometry import CameraPose
+from perception.synthetic.scene import Rows, SceneLike
 from perception.types import Intrinsics
 
 DEPTH_UNIT_M = 0.001
@@ -39,11 +38,11 @@ _SCALARS = "f8,f8,f8,f8"
 
 
 class DepthRenderer:
-    """Renders one world for one camera. Not safe for use from two threads at once."""
+    """Renders one scene for one camera. Not safe for use from two threads at once."""
 
     def __init__(
         self,
-        world: World,
+        scene: SceneLike,
         intrinsics: Intrinsics,
         *,
         range_min_m: float = 0.3,
@@ -51,7 +50,7 @@ class DepthRenderer:
         noise: bool = True,
         seed: int = 0,
     ) -> None:
-        self._world = world
+        self._scene = scene
         self._intrinsics = intrinsics
         self._range_min_m = range_min_m
         self._range_max_m = range_max_m
@@ -61,7 +60,7 @@ class DepthRenderer:
         rows, columns = _NOISE_ROWS + intrinsics.height_px, _NOISE_COLUMNS + intrinsics.width_px
         self._noise = _noise_table(rows, columns, seed)
 
-    def render(self, camera: CameraPose, number: int, spheres: Array | None = None) -> NDArray[np.uint16]:
+    def render(self, camera: CameraPose, number: int, spheres: Rows | None = None) -> NDArray[np.uint16]:
         """z-depth (height, width) in mm as seen from `camera`, 0 = no return.
 
         number: frame number, picks the noise. spheres: (k, 4) north_m, east_m, down_m, radius_m of other vehicles.
@@ -70,10 +69,10 @@ class DepthRenderer:
         lens = (k.fx_px, k.fy_px, k.cx_px, k.cy_px)
         rotation = np.ascontiguousarray(camera.rotation, np.float64)
         position = np.ascontiguousarray(camera.position_ned_m, np.float64)
-        ground = self._world.ground_down_m
+        ground = self._scene.ground_down_m
         _draw_ground(self._z, rotation, position, *lens, ground)
-        _draw_cylinders(self._z, rotation, position, *lens, ground, self._world.cylinders, self._range_max_m)
-        _draw_boxes(self._z, rotation, position, *lens, ground, self._world.boxes, self._range_max_m)
+        _draw_cylinders(self._z, rotation, position, *lens, ground, self._scene.cylinders, self._range_max_m)
+        _draw_boxes(self._z, rotation, position, *lens, ground, self._scene.boxes, self._range_max_m)
         if spheres is not None and len(spheres):
             _draw_spheres(self._z, rotation, position, *lens, np.ascontiguousarray(spheres, np.float64), self._range_max_m)
         out = np.empty(self._z.shape, np.uint16)

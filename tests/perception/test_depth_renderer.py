@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightapp.config.mission import Box, Cylinder, Obstacles
-from flightapp.sim.depth_renderer import DepthRenderer
 from flightapp.sim.world import World
 from perception.geometry import CameraMounting, CameraPose, camera_pose
+from perception.synthetic.depth_renderer import DepthRenderer
 from perception.types import Intrinsics, VehiclePose
 
 SMALL = Intrinsics(40, 24, 20.0, 21.0, 19.3, 12.2)

@@ -1,0 +1,1 @@
+"""What a depth camera would see of a known scene: for tests, measurements and simulation."""
