@@ -28,7 +28,7 @@ Shot = tuple[DepthFrame, VehiclePose]
 def camera_measurements(mission: Mission, profile: Profile, vehicle: Vehicle, seconds: float) -> list[Measurement]:
     """Rendering a frame, and perceiving it; `seconds` for both."""
     camera, intrinsics = profile.camera, intrinsics_of(profile.camera)
-    renderer = DepthRenderer(World(mission.obstacles), intrinsics, range_min_m=camera.range_min_m, range_max_m=camera.range_max_m)
+    renderer = DepthRenderer(World(mission.obstacles), intrinsics, range_min_m=camera.range_min_m)
     pipeline = PerceptionPipeline(
         profile.perception,
         camera.mounting,

@@ -78,9 +78,7 @@ class SimulatedCamera:
     """Turns true states into depth images."""
 
     def __init__(self, world: World, camera: Camera, *, body_radius_m: float, seed: int, fault: Fault | None = None) -> None:
-        self._renderer = DepthRenderer(
-            world, intrinsics_of(camera), range_min_m=camera.range_min_m, range_max_m=camera.range_max_m, seed=seed
-        )
+        self._renderer = DepthRenderer(world, intrinsics_of(camera), range_min_m=camera.range_min_m, seed=seed)
         self._mounting = camera.mounting
         self._body_radius_m = body_radius_m
         self._fault = fault

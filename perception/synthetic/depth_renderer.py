@@ -2,13 +2,16 @@
 
 Ray-casts the ground plane, vertical cylinders, boxes and spheres into a z-depth image, then makes it look like stereo depth:
 
-- Noise: standard deviation 0.004 m * (distance in m)^2, i.e. 0.4 % at 1 m, 1.6 % at 4 m, 4 % at 10 m: the published subpixel
-  error of 0.08 px over a baseline of 50 mm at a focal length of 421.6 px. Half of it is white, half comes in blobs of a few
-  pixels, as the matching window makes it.
-- Holes: about 1 % of the pixels return nothing, singly and in small clumps.
+- Noise is in the disparity, so that the depth's standard deviation is 0.004 m * (distance in m)^2, i.e. 0.4 % at 1 m, 1.6 % at
+  4 m, 4 % at 10 m: the published subpixel error of 0.08 px over a baseline of 50 mm at a focal length of 421.6 px. Half of it is
+  white, half comes in blobs of a few pixels, as the matching window makes it.
+- Disparity comes in steps of 1/32 px (Intel, "Subpixel Linearity Improvement for D400"; recorded frames show the same steps).
+- Holes: about 1 % of the pixels return nothing, singly and in small clumps. Beyond 8 m the texture is seen ever more coarsely:
+  the share of pixels that return falls linearly to a tenth at 30 m. So an open field is not all zero, and the open sky is.
 - Shadows: left of a near edge the second imager does not see the background; those pixels return nothing. The shadow is as wide
-  as the jump in disparity, focal length * baseline * (1 / near - 1 / far).
-- Out of range (below `range_min_m`, beyond `range_max_m`) is 0.
+  as the jump in disparity, focal length * baseline * (1 / near - 1 / far). For the same reason the left border of the picture,
+  as wide as the disparity, returns nothing (D400 datasheet, "invalid depth band").
+- Out of range (below `range_min_m`, beyond `range_max_m`) is 0. The camera goes on far beyond where it is worth believing.
 
 The image is a function of (scene, pose, seed, frame number) alone.
 """
@@ -29,11 +32,16 @@ from perception.types import Intrinsics
 DEPTH_UNIT_M = 0.001
 NOISE_1_M = 0.004
 BASELINE_M = 0.05
-_HOLE = -128
+_STEPS_PER_PX = 32.0
 _HOLE_FRACTION = 0.01
+_FILL_FALLS_FROM_M = 8.0
+_FILL_FALLS_TO_M = 30.0
+_FILL_MIN = 0.1
 _NOISE_SCALE = 32.0
 _NOISE_ROWS, _NOISE_COLUMNS = 256, 512
 _NEAR_M = 0.02
+_SKY_M = 100.0
+_DEPTH_MAX_MM = 65535
 _SCALARS = "f8,f8,f8,f8"
 
 
@@ -46,7 +54,7 @@ class DepthRenderer:
         intrinsics: Intrinsics,
         *,
         range_min_m: float = 0.3,
-        range_max_m: float = 10.0,
+        range_max_m: float = 30.0,
         noise: bool = True,
         seed: int = 0,
     ) -> None:
@@ -58,7 +66,8 @@ class DepthRenderer:
         self._seed = seed
         self._z = np.zeros((intrinsics.height_px, intrinsics.width_px), np.float32)
         rows, columns = _NOISE_ROWS + intrinsics.height_px, _NOISE_COLUMNS + intrinsics.width_px
-        self._noise = _noise_table(rows, columns, seed)
+        self._noise, self._rank = _noise_tables(rows, columns, seed)
+        self._mm_of_steps = _depth_mm(intrinsics.fx_px * BASELINE_M, range_min_m, range_max_m)
 
     def render(self, camera: CameraPose, number: int, spheres: Rows | None = None) -> NDArray[np.uint16]:
         """z-depth (height, width) in mm as seen from `camera`, 0 = no return.
@@ -80,24 +89,34 @@ class DepthRenderer:
             random = np.random.default_rng((self._seed, number))
             row, column = int(random.integers(_NOISE_ROWS)), int(random.integers(_NOISE_COLUMNS))
             sign = 1.0 if random.integers(2) else -1.0
-            _measure(self._z, out, self._noise, row, column, sign, k.fx_px * BASELINE_M, self._range_min_m, self._range_max_m)
+            _measure(self._z, out, self._noise, self._rank, row, column, sign, k.fx_px * BASELINE_M, self._mm_of_steps)
         else:
             _quantise(self._z, out, self._range_min_m, self._range_max_m)
         return out
 
 
 @lru_cache(maxsize=8)
-def _noise_table(rows: int, columns: int, seed: int) -> NDArray[np.int8]:
-    """Unit noise in steps of 1/32, `_HOLE` where a pixel returns nothing."""
+def _noise_tables(rows: int, columns: int, seed: int) -> tuple[NDArray[np.int8], NDArray[np.uint8]]:
+    """Unit noise in steps of 1/32; and for every pixel a number in 0..255: how readily it returns something."""
     random = np.random.default_rng(seed)
     white = random.standard_normal((rows, columns)).astype(np.float32)
     blobs = _smooth(random.standard_normal((rows, columns)).astype(np.float32))
     noise = (white + blobs / blobs.std()) * np.float32(math.sqrt(0.5))
     table: NDArray[np.int8] = np.clip(np.rint(noise * _NOISE_SCALE), -127, 127).astype(np.int8)
     clumps = _smooth(random.standard_normal((rows, columns)).astype(np.float32))
-    table[clumps > np.quantile(clumps, 1 - _HOLE_FRACTION / 2)] = _HOLE
-    table[random.random((rows, columns)) < _HOLE_FRACTION / 2] = _HOLE
-    return table
+    clump_rank = np.empty(clumps.size, np.float32)
+    clump_rank[np.argsort(clumps, axis=None)] = np.arange(clumps.size, dtype=np.float32) / np.float32(clumps.size)
+    least = np.minimum(clump_rank.reshape(rows, columns), random.random((rows, columns), np.float32))
+    # The lesser of two uniform numbers, made uniform again.
+    return table, (256 * (1 - (1 - least) ** 2)).astype(np.uint8)
+
+
+def _depth_mm(disparity_1_m: float, range_min_m: float, range_max_m: float) -> NDArray[np.uint16]:
+    """Depth in mm for 0, 1, 2, ... steps of disparity up to the first beyond `range_min_m`; 0 out of range."""
+    steps = np.arange(math.ceil(disparity_1_m * _STEPS_PER_PX / max(range_min_m, _NEAR_M)) + 2)
+    depth_m = disparity_1_m * _STEPS_PER_PX / np.maximum(steps, 1e-9)
+    inside = (depth_m >= range_min_m) & (depth_m <= min(range_max_m, _DEPTH_MAX_MM * DEPTH_UNIT_M))
+    return np.where(inside, np.rint(depth_m / DEPTH_UNIT_M), 0).astype(np.uint16)
 
 
 def _smooth(image: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -262,25 +281,39 @@ def _draw_spheres(z, rotation, position, fx, fy, cx, cy, spheres, range_max):  #
                         z[v, u] = s
 
 
-@numba.njit("void(f4[:,::1],u2[:,::1],i1[:,::1],i8,i8,f8,f8,f8,f8)", cache=True, nogil=True, error_model="numpy")
-def _measure(z, out, noise, row, column, sign, disparity_1_m, range_min, range_max):  # type: ignore[no-untyped-def]
-    """z-depth in m -> what a stereo camera reports in mm: noise, holes, shadows, range."""
+@numba.njit("void(f4[:,::1],u2[:,::1],i1[:,::1],u1[:,::1],i8,i8,f4,f4,u2[::1])", cache=True, nogil=True, error_model="numpy")
+def _measure(z, out, noise, rank, row, column, sign, disparity_1_m, mm_of_steps):  # type: ignore[no-untyped-def]
+    """z-depth in m -> what a stereo camera reports in mm: noise, holes, shadows, range.
+
+    mm_of_steps: depth for each number of disparity steps, 0 out of range.
+    """
     width = z.shape[1]
-    scale = sign * NOISE_1_M / _NOISE_SCALE
+    unit_px = np.float32(sign * NOISE_1_M / _NOISE_SCALE) * disparity_1_m
+    steps_per_px = np.float32(_STEPS_PER_PX)
+    fall_from = np.float32(_FILL_FALLS_FROM_M)
+    holes = np.float32(256.0 * _HOLE_FRACTION)
+    fall = np.float32(256.0 * (1.0 - _FILL_MIN) / (_FILL_FALLS_TO_M - _FILL_FALLS_FROM_M))
+    sky = np.float32(_SKY_M)
+    last = np.float32(mm_of_steps.shape[0] - 1)
     for v in range(z.shape[0]):
-        shadow = 1e18
+        shadow = np.float32(1e9)
         for k in range(width):
             u = width - 1 - k
             depth = z[v, u]
-            reach = u - disparity_1_m / depth
-            hidden = reach > shadow
-            shadow = min(shadow, reach)
-            unit = noise[row + v, column + u]
-            if hidden or unit == _HOLE or depth > 1.5 * range_max:
+            if depth > sky:
+                shadow = min(shadow, np.float32(u))
                 out[v, u] = 0
                 continue
-            measured = depth + scale * unit * depth * depth
-            out[v, u] = np.uint16(measured * 1000.0 + 0.5) if range_min <= measured <= range_max else 0
+            disparity = disparity_1_m / depth
+            reach = np.float32(u) - disparity
+            hidden = reach > shadow or reach < np.float32(0.0)
+            shadow = min(shadow, reach)
+            empty = holes + fall * max(depth - fall_from, np.float32(0.0))
+            if hidden or np.float32(rank[row + v, column + u]) < empty:
+                out[v, u] = 0
+                continue
+            steps = (disparity + unit_px * np.float32(noise[row + v, column + u])) * steps_per_px + np.float32(0.5)
+            out[v, u] = mm_of_steps[int(max(min(steps, last), np.float32(0.0)))]
 
 
 @numba.njit("void(f4[:,::1],u2[:,::1],f8,f8)", cache=True, nogil=True, error_model="numpy")

@@ -96,7 +96,7 @@ def test_every_pixel_agrees_with_a_slow_ray_caster(
     if inside:
         return
     camera = at(*place, roll, pitch, yaw)
-    renderer = DepthRenderer(world, SMALL, noise=False)
+    renderer = DepthRenderer(world, SMALL, range_max_m=10.0, noise=False)
     image = renderer.render(camera, 1, np.array(spheres).reshape(-1, 4))
     random = np.random.default_rng(seed)
     wrong = 0
@@ -111,7 +111,7 @@ def test_every_pixel_agrees_with_a_slow_ray_caster(
 
 def test_the_ground_below_a_level_camera() -> None:
     image = DepthRenderer(World(Obstacles()), D435, noise=False).render(at(0, 0, -2.0), 1)
-    assert image[:240].max() == 0
+    assert image[:241].max() == 0
     assert image[440, 100] == pytest.approx(2000 * 421.6 / 200, abs=1)
 
 
@@ -134,7 +134,7 @@ def test_noise_grows_with_distance_squared(distance: float, sigma: float) -> Non
     measured = np.concatenate([image[image > 0] for image in images]) * 0.001
     assert measured.mean() == pytest.approx(distance, abs=0.1 * sigma + 0.001)
     assert measured.std() == pytest.approx(sigma, rel=0.1)
-    holes = np.mean([np.mean(image == 0) for image in images])
+    holes = np.mean([np.mean(image[:, 30:] == 0) for image in images])
     assert 0.003 < holes < 0.03
 
 
@@ -162,5 +162,38 @@ def test_the_same_seed_and_number_give_the_same_image() -> None:
 
 def test_range_limits() -> None:
     for distance, visible in ((0.25, False), (0.35, True), (9.9, True), (10.1, False)):
-        image = DepthRenderer(wall(distance), D435, noise=False).render(at(0, 0, -5.0), 1)
+        image = DepthRenderer(wall(distance), D435, range_max_m=10.0, noise=False).render(at(0, 0, -5.0), 1)
         assert bool(image[240, 424]) is visible
+
+
+@pytest.mark.parametrize("height", [3.0, 5.0, 10.0])
+def test_an_open_field_returns_a_tail_and_the_sky_nothing(height: float) -> None:
+    images = [DepthRenderer(World(Obstacles()), D435).render(at(0, 0, -height), number) for number in range(4)]
+    assert all(image[:240].max() == 0 for image in images)
+    for image in images:
+        assert np.mean(image[440:] > 0) > 0.3
+        assert image.max() > 20_000
+
+
+def test_far_surfaces_return_ever_less() -> None:
+    share = []
+    for distance in (6.0, 12.0, 20.0, 28.0, 35.0):
+        image = DepthRenderer(wall(distance), D435, seed=3).render(at(0, 0, -8.0), 1)
+        share.append(float(np.mean(image[200:280, 100:] > 0)))
+    assert share[0] > 0.97
+    assert share == sorted(share, reverse=True)
+    assert share[1] == pytest.approx(0.83, abs=0.05)
+    assert share[-1] == 0.0
+
+
+def test_the_left_border_as_wide_as_the_disparity_is_empty() -> None:
+    image = DepthRenderer(wall(1.0), D435).render(at(0, 0, -5.0), 1)[100:380]
+    band = round(421.6 * 0.05 / 1.0)
+    assert image[:, : band - 1].max() == 0
+    assert np.mean(image[:, band + 1 : band + 30] > 0) > 0.95
+
+
+def test_depth_comes_in_steps_of_a_32nd_of_a_pixel_of_disparity() -> None:
+    image = DepthRenderer(wall(8.0), D435).render(at(0, 0, -5.0), 1)[:240]
+    steps = 32 * 421.6 * 0.05 / (np.unique(image[image > 0]) * 0.001)
+    assert np.abs(steps - np.rint(steps)).max() < 0.01
