@@ -14,14 +14,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from perception.extraction.bearing_bins import TANGENT_BINS, TANGENT_MAX, TANGENT_STEP, TANGENTS
 from perception.geometry import CameraPose
 from perception.parameters import PerceptionParameters
 from perception.types import Intrinsics
 
-TANGENT_MAX = 2.0
-TANGENT_BINS = 320
-TANGENT_STEP = 2 * TANGENT_MAX / TANGENT_BINS
-TANGENTS = (np.arange(TANGENT_BINS) + 0.5) * TANGENT_STEP - TANGENT_MAX
 _FORWARD_MIN_M = 0.05
 _CELL_SIGMAS = 2.5
 _TABLE_STEP_M = 0.01

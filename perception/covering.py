@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from perception.cells import TANGENT_STEP, TANGENTS, SurfacePoints
+from perception.cells import SurfacePoints
+from perception.extraction.bearing_bins import TANGENT_STEP, TANGENTS
 from perception.parameters import PerceptionParameters
 
 _ROUND_ANGLE_MAX_RAD = math.radians(75)

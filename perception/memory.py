@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from perception.cells import TANGENT_BINS, TANGENT_MAX, TANGENT_STEP
+from perception.extraction.bearing_bins import TANGENT_BINS, TANGENT_MAX, TANGENT_STEP
 from perception.parameters import PerceptionParameters
 from perception.sectors import is_seen
 from perception.sighting import View

@@ -100,7 +100,8 @@ class PerceptionPipeline:
             exclude,
         )
         observed = _to_mission(cover(points, self._parameters), camera)
-        view = View(camera, seen, points.nearest_m, self._range_min_m, self._grid.reliable_range_m)
+        nothing_beyond_m = np.zeros_like(points.nearest_m)
+        view = View(camera, seen, points.nearest_m, nothing_beyond_m, self._range_min_m, self._grid.reliable_range_m)
         discs = self._memory.update(frame.t_s, observed, view, exclude)
         return self._obstacles(frame.t_s, discs, pose, unseen_sectors(seen, camera.heading_rad), events)
 

@@ -15,12 +15,16 @@ class View:
     """Where one frame looked and how far.
 
     seen: (360,) half-degree sectors ahead that were seen. nearest_m: forward distance of the first surface in each bearing bin
-    of the cell grid, inf where there is none. reliable_range_m: depth up to which no surface means free.
+    (perception.extraction.bearing_bins), inf where there is none. furthest_m: forward distance in each bearing bin up to which
+    lines of sight within the height band were followed by returns from there or beyond, 0 where nothing returned: what was
+    known to stand nearer than that is gone. Returns from beyond `reliable_range_m` count up to it.
+    reliable_range_m: depth up to which a surface in a seen sector would have been found.
     """
 
     camera: CameraPose
     seen: NDArray[np.bool_]
     nearest_m: NDArray[np.float64]
+    furthest_m: NDArray[np.float64]
     range_min_m: float
     reliable_range_m: float
 
