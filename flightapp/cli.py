@@ -130,6 +130,27 @@ def report(
 
 
 @app.command()
+def explain(
+    conditions: Annotated[str, typer.Option("--set", help="Conditions that hold: NAME=1, separated by commas.")] = "",
+    after_s: Annotated[float, typer.Option("--after", min=0, help="For how many seconds they have held.")] = 60.0,
+    as_json: Json = False,
+) -> None:
+    """Which failsafe wins and why: the real table, asked.
+
+    Example: flightapp explain --set link_lost=1,battery_low=1 --after 2
+    """
+    from flightapp.safety.failsafe import print_out
+    from flightapp.safety.failsafe.explain import explain as ask
+    from flightapp.safety.failsafe.explain import parse_conditions
+
+    found = ask(parse_conditions(conditions), after_s)
+    if as_json:
+        print(json.dumps(print_out.as_json(found), indent=2))
+    else:
+        print_out.print_explanation(found)
+
+
+@app.command()
 def recover(
     file: Annotated[Path, typer.Argument(help="A recording that was cut off.")],
     output: Annotated[Path | None, typer.Option("--output", help="File to write; default FILE with -recovered.")] = None,

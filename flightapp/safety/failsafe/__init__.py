@@ -1,0 +1,1 @@
+"""What happens when something fails: one table, and the state machine that obeys it."""
