@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import foxglove.messages as fx
+
 from flightapp.recording import messages
 
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One channel: topic, message type, expected rate while airborne (0: on events), recorded?, live?"""
+    """One channel: topic, message type, expected rate while airborne (0: on events or by choice), recorded?, live?
+
+    message: a dataclass (written as JSON), or one of Foxglove's own messages (written as Protobuf under its well-known name).
+    """
 
     topic: str
     message: type
@@ -32,4 +37,7 @@ CHANNELS: tuple[Channel, ...] = (
     Channel("/phase", messages.Phase, 0.0, True, True, "mission phase and outcome"),
     Channel("/health", messages.Health, 1.0, True, True, "CPU, memory, lateness, drops"),
     Channel("/truth", messages.TruthRecord, 0.0, True, False, "true states, in the simulation's own recording only"),
+    Channel("/depth", fx.CompressedImage, 0.0, True, True, "depth image, 16-bit PNG, at recording.depth_rate_hz"),
+    Channel("/depth/calibration", fx.CameraCalibration, 0.0, True, True, "intrinsics of that depth image"),
+    Channel("/depth/info", messages.DepthInfo, 0.0, True, True, "unit, pose and mounting of that depth image"),
 )

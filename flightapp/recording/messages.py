@@ -95,6 +95,22 @@ class Obstacles:
     frames_skipped: int
     """Frames that newer ones replaced before they were used, in all."""
     events: list[str]
+    """What was wrong with this frame."""
+    age_s: list[float] = field(default_factory=list)
+    """Of each disc: time since it was last seen."""
+    confidence: list[float] = field(default_factory=list)
+    """Of each disc, 0 to 1: how sure it is that something is there."""
+    latency_s: float | None = None
+    """From the capture of the frame to its discs."""
+    frames_processed: int = 0
+    frames_without_pose: int = 0
+    """Frames that were not used because the own motion at their capture time was not known, in all."""
+    frames_lost: int = 0
+    """Frames that the camera took but that never arrived, in all."""
+    camera_restarts: int = 0
+    camera_temperature_c: float | None = None
+    camera_fault: str = ""
+    """What is wrong with the camera now; empty while frames come."""
 
 
 @dataclass(slots=True)
@@ -163,6 +179,53 @@ class Health:
     """Worst lateness of the control loop since the previous sample."""
     recording_dropped: int
     setpoints_sent: int
+
+
+@dataclass(slots=True)
+class CameraMounting:
+    """Pose of the camera in the body frame (forward, right, down); zero angles look straight ahead."""
+
+    forward_m: float
+    right_m: float
+    down_m: float
+    roll_deg: float
+    pitch_deg: float
+    yaw_deg: float
+
+
+@dataclass(slots=True)
+class DepthInfo:
+    """What belongs to the depth image that has the same time on `/depth`: all that it takes to perceive it again."""
+
+    version: int
+    """Of this message: raised when an older reader would misread it."""
+    t_s: float
+    """Capture time."""
+    frame_number: int
+    depth_unit_m: float
+    """What one step of the 16-bit image is worth; 0 in the image: no return."""
+    stride: int
+    """Every how manieth row and column of the camera's image was kept. Size and intrinsics are those of the kept image."""
+    width_px: int
+    height_px: int
+    fx_px: float
+    fy_px: float
+    cx_px: float
+    cy_px: float
+    position_ned_m: list[float] | None
+    """Of the vehicle at `t_s`; null, like velocity and angles, as long as the autopilot has not told it."""
+    velocity_ned_m_s: list[float] | None
+    roll_rad: float | None
+    pitch_rad: float | None
+    yaw_rad: float | None
+    mounting: CameraMounting
+    range_min_m: float
+    range_max_m: float
+    """Depths outside are not believed."""
+    ground_down_m: float
+    """Height of the ground in the mission frame."""
+    dropped: int
+    """Frames that were due but replaced by a newer one before they were compressed, in all."""
 
 
 @dataclass(slots=True)

@@ -27,18 +27,19 @@ from flightapp.config.profile import RecordingOptions
 from flightapp.core.errors import InputError
 from flightapp.recording import messages
 from flightapp.recording.channels import CHANNELS, Channel
-from flightapp.recording.schema import json_schema
+from flightapp.recording.schema import encoder_of, encoding_of, schema_of
 from flightapp.recording.sink import OpenFile, Sink, create_file
 from flightapp.recording.view import View
 
 FILE_PROFILE = "flightapp"
 """Profile in the header of every recording: tells ours from other MCAP files."""
 BUFFER_MESSAGES = 8192
+BUFFER_LARGE_BYTES = 1 << 25
 CLOSE_TIMEOUT_S = 5.0
 _DRAINS_A_FLUSH = 4
 _BATCH = 64
 _EVENT_TOPIC = "/event"
-_JSON = orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_NON_STR_KEYS
+_LARGE_BYTES = 16384
 _LOGGER = logging.getLogger(__name__)
 
 _Message = tuple[str, bytes, int]
@@ -51,6 +52,7 @@ class Recorder:
     channels: what may be logged; those with `logged` False are accepted and not written.
     mission: where given, its fence, boundary and surveyed obstacles are drawn in the view for Foxglove.
     buffer_messages: how many messages wait for the disk before new ones are dropped.
+    buffer_large_bytes: how many bytes of large messages (images) wait for the disk before new large ones are dropped.
     open_file: creates the file; replaced in tests by slow and failing ones.
     """
 
@@ -62,6 +64,7 @@ class Recorder:
         options: RecordingOptions | None = None,
         mission: Mission | None = None,
         buffer_messages: int = BUFFER_MESSAGES,
+        buffer_large_bytes: int = BUFFER_LARGE_BYTES,
         open_file: OpenFile = create_file,
     ) -> None:
         topics = [channel.topic for channel in channels]
@@ -70,10 +73,13 @@ class Recorder:
         self.path = path
         self._channels = channels
         self._topics = frozenset(topics)
+        self._encoders = {channel.topic: encoder_of(channel.message) for channel in channels}
         self._written = frozenset(channel.topic for channel in channels if channel.logged)
         self._options = options or RecordingOptions()
         self._mission = mission
         self._limit = buffer_messages
+        self._large_limit = buffer_large_bytes
+        self._large_waiting = 0
         self._open_file = open_file
         self._buffer: SimpleQueue[_Message | _Action] = SimpleQueue()
         self._lock = threading.Lock()
@@ -139,7 +145,11 @@ class Recorder:
             if not self._accepting or self._buffer.qsize() >= self._limit or topic not in self._topics:
                 self._drop(topic)
             elif topic in self._written:
-                self._buffer.put((topic, orjson.dumps(message, _plain, _JSON), _nanoseconds(t_s)))
+                payload, time_ns = self._encoders[topic](message), _nanoseconds(t_s)
+                if len(payload) < _LARGE_BYTES or self._has_room(len(payload)):
+                    self._buffer.put((topic, payload, time_ns))
+                else:
+                    self._drop(topic)
         except Exception:  # whatever a message contains must not reach the control loop
             self._drop(topic)
 
@@ -160,6 +170,14 @@ class Recorder:
         media_type = "application/toml" if name.endswith(".toml") else "application/octet-stream"
         time_ns = self._last_ns
         self._writer.attach(log_time=time_ns, create_time=time_ns, name=name, media_type=media_type, data=data)
+
+    def _has_room(self, size: int) -> bool:
+        """Room for one more large message, then taken. Only large messages take the lock: the control loop sends none."""
+        with self._lock:
+            fits = self._large_waiting + size <= self._large_limit
+            if fits:
+                self._large_waiting += size
+        return fits
 
     def _drop(self, topic: str) -> None:
         with self._lock:
@@ -205,7 +223,8 @@ class Recorder:
         self._raw = {
             channel.topic: foxglove.Channel(
                 channel.topic,
-                schema=json_schema(channel.message),
+                message_encoding=encoding_of(channel.message),
+                schema=schema_of(channel.message),
                 context=context,
                 metadata={"purpose": channel.purpose, "rate_hz": f"{channel.rate_hz:g}"},
             )
@@ -238,6 +257,10 @@ class Recorder:
                     topic, payload, self._last_ns = item
                     self._raw[topic].log(payload, log_time=self._last_ns)
                     self._feed_view(topic, payload, self._last_ns)
+                    if len(payload) >= _LARGE_BYTES:
+                        with self._lock:
+                            self._large_waiting -= len(payload)
+                        break
             self._stop.wait(0.0005)
 
     def _feed_view(self, topic: str, payload: bytes, time_ns: int) -> None:
@@ -282,11 +305,3 @@ def _nanoseconds(t_s: float) -> int:
     if not 0 <= time_ns < 1 << 63:
         raise ValueError(f"{t_s} s is not a time")
     return time_ns
-
-
-def _plain(value: object) -> object:
-    """What the serialiser does not know, as something it does."""
-    if isinstance(value, Mapping):
-        return dict(value)
-    tolist = getattr(value, "tolist", None)
-    return tolist() if tolist is not None else repr(value)

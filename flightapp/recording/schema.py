@@ -1,4 +1,4 @@
-"""JSON schemas of the recorded channels, derived from the message dataclasses.
+"""How the messages of a channel are written: Foxglove's own as Protobuf, ours as JSON with a schema derived from the dataclass.
 
 Foxglove reads a subset of JSON schema: no references, no unions, no arrays of arrays. References are put in place, an
 optional value is declared as the value itself (null stays legal JSON for its readers), and properties that the subset
@@ -7,11 +7,46 @@ cannot express are left undeclared: the messages still carry them.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
+import foxglove
+import orjson
 from pydantic import TypeAdapter
 
 JsonSchema = dict[str, Any]
+_JSON = orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_NON_STR_KEYS
+
+
+def schema_of(message: type) -> JsonSchema | foxglove.Schema:
+    """What the file says about a channel's messages."""
+    return message.get_schema() if _is_foxglove(message) else json_schema(message)  # type: ignore[attr-defined]
+
+
+def encoding_of(message: type) -> str:
+    """The name of the message encoding in the file."""
+    return "protobuf" if _is_foxglove(message) else "json"
+
+
+def encoder_of(message: type) -> Callable[[Any], bytes]:
+    """From a message of this type to its bytes."""
+    return message.encode if _is_foxglove(message) else _json  # type: ignore[attr-defined]
+
+
+def _is_foxglove(message: type) -> bool:
+    return hasattr(message, "get_schema")
+
+
+def _json(message: object) -> bytes:
+    return orjson.dumps(message, _plain_value, _JSON)
+
+
+def _plain_value(value: object) -> object:
+    """What the serialiser does not know, as something it does."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    tolist = getattr(value, "tolist", None)
+    return tolist() if tolist is not None else repr(value)
 
 
 def json_schema(message: type) -> JsonSchema:

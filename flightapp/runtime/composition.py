@@ -16,6 +16,10 @@ from flightapp.core.errors import InputError
 from flightapp.core.types import Limits, ObstacleSet
 from flightapp.planning.api import Planner
 from flightapp.planning.registry import evader_names, file_parameters, make_evader, make_planner, planner_names
+from flightapp.recording.depth import DepthCamera
+from flightapp.recording.messages import CameraMounting
+from flightapp.recording.recorder import Recorder
+from flightapp.runtime.depth_recording import DepthRecording, RecordedSource
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.sim.world import World
 from flightapp.vehicle.pose_history import PoseHistory
@@ -62,9 +66,14 @@ def surveyed_obstacles(mission: Mission) -> ObstacleSet:
 
 
 def build_perception(
-    vehicle: Vehicle, profile: Profile, clock: SystemClock, history: PoseHistory, on_result: Callable[[], None]
+    vehicle: Vehicle,
+    profile: Profile,
+    clock: SystemClock,
+    history: PoseHistory,
+    on_result: Callable[[], None],
+    recorder: Recorder,
 ) -> PerceptionThread:
-    """The camera and its thread; InputError where the camera cannot be opened."""
+    """The camera and its thread, its frames recorded if the profile says so; InputError where the camera cannot be opened."""
     camera = profile.camera
     pipeline = PerceptionPipeline(
         profile.perception,
@@ -73,7 +82,19 @@ def build_perception(
         range_max_m=camera.range_max_m,
         ground_down_m=-vehicle.start.ground_height_m,
     )
-    return PerceptionThread(_open_camera(camera, clock), pipeline, history, clock, on_result)
+    source = _open_camera(camera, clock)
+    if profile.recording.depth_rate_hz > 0.0:
+        source = RecordedSource(source, DepthRecording(recorder, history, _depth_camera(vehicle, camera), profile.recording))
+    return PerceptionThread(source, pipeline, history, clock, on_result)
+
+
+def _depth_camera(vehicle: Vehicle, camera: Camera) -> DepthCamera:
+    return DepthCamera(
+        CameraMounting(**camera.mounting.model_dump()),
+        camera.range_min_m,
+        camera.range_max_m,
+        -vehicle.start.ground_height_m,
+    )
 
 
 def _open_camera(camera: Camera, clock: SystemClock) -> DepthSource:

@@ -105,7 +105,7 @@ async def fly(mission_path: Path, profile_path: Path, name: str, run: Path, seed
         loop = ControlLoop(rooms, executive.on_command)
         executive.attach(loop)
         if vehicle.camera and profile.camera.source != "none":
-            loop.perception = build_perception(vehicle, profile, clock, history, loop.wake_from_thread)
+            loop.perception = build_perception(vehicle, profile, clock, history, loop.wake_from_thread, recorder)
             stack.callback(loop.perception.stop)
             loop.perception.start()
         for number in (signal.SIGTERM, signal.SIGINT):
