@@ -21,6 +21,7 @@ PARTS = (
 WHOLE = (
     "flightapp.sim.batch",
     "perception.synthetic.depth_renderer",
+    "perception.tracking.tracker",
     "flightapp.planning.evasion.avoidance",
     "flightapp.planning.evasion.voronoi_cell",
 )

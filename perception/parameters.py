@@ -15,10 +15,19 @@ class PerceptionParameters(BaseModel):
 
     band_m: float = Field(default=1.0, gt=0, le=10)
     """Obstacles count from this much above to this much below the vehicle's own altitude."""
+    climb_look_ahead_s: float = Field(default=1.0, ge=0, le=10)
+    """The band reaches further, up or down, by how far the vehicle climbs or sinks in this time: 0.2 s until it reacts, 0.8 s to
+    stop 2 m/s with a third of gravity."""
+    attitude_error_deg: float = Field(default=2.0, ge=0, le=15)
+    """The band widens with distance by this angle: error of the attitude estimate and of the mounting, and what turns between
+    the times of pose and picture."""
     ground_margin_m: float = Field(default=0.3, ge=0, le=5)
     """What is less than this above the known ground is ground."""
     ground_margin_slope: float = Field(default=0.03, ge=0, le=0.5)
     """Added to the ground margin per metre of distance: 0.03 allows for 1.7 degrees of attitude error."""
+    ground_height_error_m: float = Field(default=0.5, ge=0, le=5)
+    """The height of the ground is known this well. That much more counts as ground, but nothing less than 0.3 m below the
+    vehicle."""
 
     depth_noise_1_m: float = Field(default=0.004, gt=0, le=0.05)
     """Standard deviation of the depth is this times the distance squared (D435: about 0.004 m at 1 m, 0.06 m at 4 m)."""
@@ -57,8 +66,21 @@ class PerceptionParameters(BaseModel):
     """How long a disc that has left the view is remembered; 0 switches memory off."""
     memory_growth_m_s: float = Field(default=0.05, ge=0, le=2)
     """Growth of the radius of a remembered disc."""
+    memory_moving_s: float = Field(default=1.0, ge=0, le=60)
+    """How long a moving disc that has left the view, or is hidden, is remembered and moved on; at most `memory_s`."""
+    memory_growth_moving_m_s: float = Field(default=0.5, ge=0, le=5)
+    """Growth of the radius of a remembered moving disc."""
     association_m: float = Field(default=0.5, gt=0, le=5)
     """A remembered disc in view this close to an observed one (beyond the larger radius) is the same and gives way."""
+    bearing_error_deg: float = Field(default=1.0, ge=0, le=10)
+    """Error of the bearing of a disc from heading, attitude and the time of the pose: a displacement that this could explain is
+    no movement."""
+    moving_speed_min_m_s: float = Field(default=0.3, gt=0, le=5)
+    """What is slower counts as standing still."""
+    moving_after_s: float = Field(default=0.3, ge=0.05, le=0.5)
+    """Nothing counts as moving before it was followed for this long."""
+    manoeuvre_m_s2: float = Field(default=1.0, gt=0, le=20)
+    """Moving objects change their velocity by about this much in a second; more follows turns sooner and noise more closely."""
 
     @model_validator(mode="after")
     def _radii_are_ordered(self) -> PerceptionParameters:

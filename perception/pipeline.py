@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from perception.cells import CellGrid
 from perception.covering import cover
 from perception.geometry import CameraPose, MountingLike, camera_pose, is_finite
-from perception.memory import DiscMemory
 from perception.parameters import PerceptionParameters
 from perception.sectors import WHOLE_CIRCLE, GroundCheck, in_view, unseen_sectors
-from perception.sighting import View
+from perception.sighting import Sighting, View
+from perception.tracking.tracker import DiscTracker, TrackedDiscs
 from perception.types import DepthFrame, PerceivedObstacles, VehiclePose
 
 NO_EXCLUSION = np.zeros((0, 3))
@@ -26,7 +26,7 @@ _BLIND_FRACTION = 0.25
 
 
 class PerceptionPipeline:
-    """Extraction and memory for one camera. Not safe for use from two threads at once; never raises on a bad frame.
+    """Extraction and tracking for one camera. Not safe for use from two threads at once; never raises on a bad frame.
 
     mounting: pose of the camera in the body frame. range_min_m, range_max_m: depths outside are not believed.
     ground_down_m: height of the ground in the mission frame (0 = at the datum); None if it is not known, then only the height
@@ -54,14 +54,14 @@ class PerceptionPipeline:
         self._ground_down_m = ground_down_m
         self._grid = CellGrid(parameters, range_min_m, range_max_m)
         self._ground = GroundCheck(parameters, range_max_m)
-        self._memory = DiscMemory(parameters)
+        self._tracker = DiscTracker(parameters)
         self._last_good_s = -math.inf
         self._last_sample: NDArray[np.uint16] | None = None
         self._same = 0
 
     def reset(self) -> None:
         """Forget everything seen so far."""
-        self._memory.clear()
+        self._tracker.clear()
         self._last_good_s = -math.inf
         self._last_sample = None
         self._same = 0
@@ -70,7 +70,7 @@ class PerceptionPipeline:
         """Obstacles at the frame's capture time.
 
         pose: of the vehicle at that time. exclude: (k, 3) north_m, east_m, radius_m of teammates and the target, which are not
-        obstacles. Returns at most `discs_max` discs, nearest first, with unknown heights (-inf, +inf) and zero velocity.
+        obstacles. Returns at most `discs_max` discs, nearest first, with unknown heights (-inf, +inf).
         """
         exclude = exclude[np.isfinite(exclude).all(axis=1) & (exclude[:, 2] > 0)] if len(exclude) else NO_EXCLUSION
         fault = self._fault(frame, pose)
@@ -100,10 +100,11 @@ class PerceptionPipeline:
             exclude,
         )
         observed = _to_mission(cover(points, self._parameters), camera)
-        nothing_beyond_m = np.zeros_like(points.nearest_m)
-        view = View(camera, seen, points.nearest_m, nothing_beyond_m, self._range_min_m, self._grid.reliable_range_m)
-        discs = self._memory.update(frame.t_s, observed, view, exclude)
-        return self._obstacles(frame.t_s, discs, pose, unseen_sectors(seen, camera.heading_rad), events)
+        followed_m = np.where(np.isfinite(points.nearest_m), points.nearest_m, 0.0)
+        view = View(camera, seen, points.nearest_m, followed_m, self._range_min_m, self._grid.reliable_range_m)
+        sighting = Sighting(observed, np.zeros(len(observed)), np.ones(len(observed)), np.zeros(len(observed), np.bool_), view)
+        tracked = self._tracker.update(frame.t_s, sighting, exclude)
+        return self._obstacles(frame.t_s, tracked, pose, unseen_sectors(seen, camera.heading_rad), events)
 
     def _fault(self, frame: DepthFrame, pose: VehiclePose) -> str:
         """What makes the frame unusable, or nothing."""
@@ -128,19 +129,20 @@ class PerceptionPipeline:
 
     def _blind(self, t_s: float, pose: VehiclePose, exclude: NDArray[np.float64], event: str) -> PerceivedObstacles:
         """Nothing was seen: what is remembered, and the whole circle unseen."""
-        discs = self._memory.update(t_s, np.zeros((0, 3)), None, exclude)
-        return self._obstacles(t_s, discs, pose, WHOLE_CIRCLE.copy(), (event,))
+        tracked = self._tracker.update(t_s, None, exclude)
+        return self._obstacles(t_s, tracked, pose, WHOLE_CIRCLE.copy(), (event,))
 
     def _obstacles(
-        self, t_s: float, discs: NDArray[np.float64], pose: VehiclePose, unseen: NDArray[np.float64], events: tuple[str, ...]
+        self, t_s: float, tracked: TrackedDiscs, pose: VehiclePose, unseen: NDArray[np.float64], events: tuple[str, ...]
     ) -> PerceivedObstacles:
-        """Discs (n, 3), at most `discs_max`, nearest surface first, in ObstacleSet's columns."""
+        """At most `discs_max` discs, nearest surface first, in ObstacleSet's columns."""
+        discs = tracked.discs
         gap = np.hypot(discs[:, 0] - pose.position_ned_m[0], discs[:, 1] - pose.position_ned_m[1]) - discs[:, 2]
         nearest = np.argsort(gap, kind="stable")[: self._parameters.discs_max]
-        out = np.zeros((len(nearest), 7))
-        out[:, :3] = discs[nearest]
+        out = np.empty((len(nearest), 7))
+        out[:, :5] = discs[nearest]
         out[:, 5], out[:, 6] = -np.inf, np.inf
-        return PerceivedObstacles(t_s, out, np.zeros(len(out)), np.ones(len(out)), unseen, events)
+        return PerceivedObstacles(t_s, out, tracked.age_s[nearest], tracked.confidence[nearest], unseen, events)
 
 
 def _to_mission(discs: NDArray[np.float64], camera: CameraPose) -> NDArray[np.float64]:
