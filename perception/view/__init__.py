@@ -1,0 +1,1 @@
+"""What perception sees, shown to a person: pictures, video, a web page, tables, JSON Lines."""
