@@ -5,6 +5,8 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 from flightapp.bench.measurement import Measurement, Work, measure
 from flightapp.bench.situation import far
 from flightapp.core.clock import SystemClock
@@ -13,8 +15,9 @@ from flightapp.fleet.messages import SharedState, decode_state, encode_state
 from flightapp.planning.registry import make_planner
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.journal import Journal
-from flightapp.runtime.perception_thread import Perceived
+from flightapp.runtime.perception_thread import Perceived, PerceptionHealth
 from flightapp.vehicle.autopilot import Motion
+from perception.sources.api import SourceHealth
 
 PAUSE_S = 0.002
 """Faster than any control loop, slow enough for the recorder's thread to keep up."""
@@ -37,7 +40,20 @@ def recorder_measurement(limits: Limits, seconds: float) -> Measurement:
             journal.own(Motion(seen.own, 0.0, 0.0, now_s), now_s)
             if seen.target is not None:
                 journal.target(seen.target, now_s)
-            journal.obstacles(Perceived(seen.obstacles, now_s, number, 0.001, 0, ()), now_s)
+            rows = len(seen.obstacles.discs)
+            journal.obstacles(
+                Perceived(
+                    seen.obstacles,
+                    np.zeros(rows),
+                    np.ones(rows),
+                    now_s,
+                    number,
+                    0.03,
+                    0.001,
+                    PerceptionHealth(SourceHealth()),
+                ),
+                now_s,
+            )
             journal.decision(decision, 0.0002, now_s)
             journal.setpoint(Setpoint(decision.velocity_ned_m_s, decision.yaw_rad), now_s, True, (), 1.0, now_s)
 

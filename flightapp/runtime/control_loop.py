@@ -252,8 +252,12 @@ class ControlLoop:
         return True
 
     def _note_camera(self, now_s: float) -> None:
-        """An event when depth frames stop coming, and when they come again; the guards act on the age itself."""
-        if self.perception is None or self._last_frame is None:
+        """Events of the camera, and when depth frames stop coming and come again; the guards act on the age itself."""
+        if self.perception is None:
+            return
+        for notice in self.perception.take_notices():
+            self._rooms.journal.event(notice.level, "camera", notice.text)
+        if self._last_frame is None:
             return
         age_s = now_s - self._obstacles.t_s
         silent = age_s > self._rooms.profile.safety.obstacles_age_max_s

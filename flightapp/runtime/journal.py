@@ -85,6 +85,7 @@ class Journal:
         self._recorder.log("/team", messages.Team(now_s, members), now_s)
 
     def obstacles(self, perceived: Perceived, now_s: float) -> None:
+        health = perceived.health
         self._recorder.log(
             "/obstacles",
             messages.Obstacles(
@@ -93,9 +94,18 @@ class Journal:
                 perceived.frame_number,
                 _finite_rows(perceived.obstacles.discs),
                 perceived.obstacles.unseen.tolist(),
-                perceived.latency_s,
-                perceived.skipped,
+                perceived.processing_s,
+                health.skipped,
                 list(perceived.events),
+                perceived.age_s.tolist(),
+                perceived.confidence.tolist(),
+                perceived.latency_s,
+                health.processed,
+                health.without_pose,
+                health.source.lost,
+                health.source.restarts,
+                health.source.temperature_c,
+                health.source.fault,
             ),
             now_s,
         )

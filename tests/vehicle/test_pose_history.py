@@ -45,3 +45,29 @@ def test_a_frame_newer_than_the_telemetry_is_extrapolated_a_little_and_no_more()
 def test_times_before_the_history_are_unknown() -> None:
     assert PoseHistory().at(0.0) is None
     assert history_of_a_turn().at(-0.5) is None
+
+
+def test_nothing_is_known_between_messages_that_are_far_apart() -> None:
+    history = PoseHistory()
+    for t_s in (0.0, 0.02, 1.0):
+        history.append_state(VehicleState(t_s, np.zeros(3), np.zeros(3), 0.0))
+        history.append_attitude(t_s, 0.0, 0.0, 3.0 * t_s)
+    assert history.at(0.5) is None
+    assert history.at(0.01) is not None
+    held = history.at(1.02)
+    assert held is not None
+    assert held.state.yaw_rad == pytest.approx(3.0), "no rate was measured lately"
+
+
+@given(st.lists(st.floats(-3.0, 3.0), min_size=2, max_size=80))
+def test_known_times_are_in_order_whatever_the_clock_of_the_autopilot_does(steps_s: list[float]) -> None:
+    history = PoseHistory(length=20)
+    t_s = 100.0
+    for step_s in steps_s:
+        t_s += step_s
+        history.append_state(VehicleState(t_s, np.zeros(3), np.zeros(3), 0.0))
+        history.append_attitude(t_s, 0.0, 0.0, 0.0)
+        assert history.newest_s == t_s
+        assert history.oldest_s <= t_s
+        assert history.at(t_s) is not None
+    assert history.at(history.oldest_s - 0.01) is None
