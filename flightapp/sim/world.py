@@ -20,7 +20,7 @@ class World:
     """Obstacles of a mission in the mission frame.
 
     cylinders: (n, 4) north_m, east_m, radius_m, height_m. boxes: (m, 6) north_m, east_m, length_m (along the heading), width_m,
-    height_m, heading_rad. Both stand on the ground plane at `ground_down_m`.
+    height_m, heading_rad. Both stand on the ground plane at `ground_down_m`. capsules: none, a mission has no branches or wires.
     """
 
     def __init__(self, obstacles: Obstacles, ground_down_m: float = 0.0) -> None:
@@ -32,6 +32,7 @@ class World:
             [(b.north_m, b.east_m, b.length_m, b.width_m, b.height_m, math.radians(b.heading_deg)) for b in obstacles.boxes],
             np.float64,
         ).reshape(-1, 6)
+        self.capsules: Array = np.zeros((0, 7))
 
     def signed_distance_m(self, north_m: float, east_m: float, down_m: float) -> float:
         """Distance of a point to the nearest true surface, negative inside an obstacle; NO_OBSTACLE_M in an empty world.

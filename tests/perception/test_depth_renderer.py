@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,6 +14,8 @@ from flightapp.config.mission import Box, Cylinder, Obstacles
 from flightapp.sim.world import World
 from perception.geometry import CameraMounting, CameraPose, camera_pose
 from perception.synthetic.depth_renderer import DepthRenderer
+from perception.synthetic.flaws import Cover, Flaws, Sun
+from perception.synthetic.scene import Scene
 from perception.types import Intrinsics, VehiclePose
 
 SMALL = Intrinsics(40, 24, 20.0, 21.0, 19.3, 12.2)
@@ -197,3 +200,104 @@ def test_depth_comes_in_steps_of_a_32nd_of_a_pixel_of_disparity() -> None:
     image = DepthRenderer(wall(8.0), D435).render(at(0, 0, -5.0), 1)[:240]
     steps = 32 * 421.6 * 0.05 / (np.unique(image[image > 0]) * 0.001)
     assert np.abs(steps - np.rint(steps)).max() < 0.01
+
+
+def poles(*poles: tuple[float, float, float]) -> Scene:
+    """Vertical poles: north_m, east_m, diameter_m."""
+    return Scene(cylinders=np.array([(north, east, diameter / 2, 20.0) for north, east, diameter in poles]))
+
+
+@given(
+    ends=st.tuples(*[st.floats(-4, 4)] * 6),
+    radius=st.floats(0.01, 0.6),
+    yaw=st.floats(-3.1, 3.1),
+    pitch=angle,
+    seed=st.integers(0, 1000),
+)
+@settings(max_examples=60, deadline=None)
+def test_a_capsule_agrees_with_the_distance_to_its_axis(
+    ends: tuple[float, ...], radius: float, yaw: float, pitch: float, seed: int
+) -> None:
+    first, last = np.array(ends[:3]), np.array(ends[3:])
+    camera = at(0, 0, 0, 0.2, pitch, yaw)
+    axis = last - first
+
+    def gap(point: np.ndarray) -> float:
+        part = float(np.clip((point - first) @ axis / max(float(axis @ axis), 1e-12), 0.0, 1.0))
+        return float(np.linalg.norm(point - first - part * axis)) - radius
+
+    if gap(camera.position_ned_m) < 0.1:
+        return
+    scene = Scene(capsules=np.array([[*ends, radius]]), ground_down_m=50.0)
+    image = DepthRenderer(scene, SMALL, range_min_m=0.05, range_max_m=15.0, noise=False).render(camera, 1)
+    random = np.random.default_rng(seed)
+    wrong = 0
+    for _ in range(25):
+        u, v = int(random.integers(SMALL.width_px)), int(random.integers(SMALL.height_px))
+        ray = camera.rotation @ np.array([(u - SMALL.cx_px) / SMALL.fx_px, (v - SMALL.cy_px) / SMALL.fy_px, 1.0])
+        z, length = 0.0, float(np.linalg.norm(ray))
+        while z < 15.0 and (distance := gap(camera.position_ned_m + z * ray)) > 1e-6:
+            z += max(distance, 1e-5) / length
+        expected = round(z * 1000) if 0.05 <= z < 15.0 else 0
+        wrong += abs(int(image[v, u]) - expected) > 2
+    assert wrong <= 1, "one ray may graze an edge within the caster's tolerance"
+
+
+def test_near_edges_grow_by_a_pixel_and_some_pixels_fly() -> None:
+    scene = Scene(
+        cylinders=np.array([(2.0, 0.0, 0.2, 20.0)]), boxes=np.array([(6.5, 0.0, 1.0, 60.0, 20.0, 0.0)]), ground_down_m=0.0
+    )
+    seen = DepthRenderer(scene, D435).render(at(0, 0, -8.0), 1)[60:420] * 0.001
+    exact = DepthRenderer(scene, D435, flaws=Flaws(window_px=1)).render(at(0, 0, -8.0), 1)[60:420] * 0.001
+    near, near_exact = ((image > 0.0) & (image < 2.5) for image in (seen, exact))
+    growth = (np.count_nonzero(near, axis=1) - np.count_nonzero(near_exact, axis=1)).mean()
+    assert 1.0 < growth < 3.0
+    between = np.count_nonzero((seen > 2.6) & (seen < 4.5), axis=1).mean()
+    assert 0.2 < between < 1.0
+    assert np.count_nonzero((exact > 2.6) & (exact < 4.5)) == 0
+
+
+def test_what_is_narrower_than_the_matching_window_is_partly_lost() -> None:
+    share = []
+    for diameter in (0.01, 0.03, 0.05, 0.2):
+        image = DepthRenderer(poles((5.0, 0.3, diameter)), D435, seed=2).render(at(0, 0, -10.0), 1)[40:440]
+        share.append(float(np.mean((image[:, 400:500] > 0).any(axis=1))))
+    assert share == sorted(share)
+    assert share[0] < 0.6
+    assert 0.4 < share[1] < 0.9
+    assert share[-1] > 0.97
+
+
+def test_glare_takes_the_picture_around_the_sun() -> None:
+    camera = at(0, 0, -8.0, yaw=0.3)
+    clean = DepthRenderer(wall(4.0), D435).render(camera, 1)
+    dazzled = DepthRenderer(wall(4.0), D435, flaws=Flaws(glare=Sun(bearing_rad=0.5, elevation_rad=0.1))).render(camera, 1)
+    u, v = round(424 + 421.6 * math.tan(0.2)), round(240 - 421.6 * math.tan(0.1) / math.cos(0.2))
+    rows, columns = np.mgrid[:480, :848]
+    distance = np.hypot(rows - v, columns - u)
+    assert dazzled[distance < 58].max() == 0
+    assert np.array_equal(dazzled[distance > 92], clean[distance > 92])
+    behind = DepthRenderer(wall(4.0), D435, flaws=Flaws(glare=Sun(bearing_rad=2.9, elevation_rad=0.1))).render(camera, 1)
+    assert np.array_equal(behind, clean)
+
+
+def test_a_covered_part_returns_nothing_or_something_near() -> None:
+    flaws = Flaws(cover=Cover(left=0.5)), Flaws(cover=Cover(top=0.75, depth_m=0.35))
+    none, near = (DepthRenderer(wall(4.0), D435, flaws=one).render(at(0, 0, -8.0), 1) for one in flaws)
+    assert none[:, 424:].max() == 0
+    assert np.mean(none[:, 30:420] > 0) > 0.95
+    assert np.all(near[360:] == 350)
+
+
+def test_speckles_are_many_small_wrong_distances() -> None:
+    image = DepthRenderer(poles((50.0, 0.0, 0.1)), D435, flaws=Flaws(speckles=100)).render(at(0, 0, -50.0), 1)
+    number, _, stats, _ = cv2.connectedComponentsWithStats((image > 0).astype(np.uint8))
+    assert 60 < number - 1 <= 100
+    assert stats[1:, cv2.CC_STAT_AREA].max() < 150
+    assert len(np.unique(image)) > 60
+
+
+@pytest.mark.parametrize("fraction", [0.01, 0.1, 0.3])
+def test_as_many_holes_as_asked_for(fraction: float) -> None:
+    image = DepthRenderer(wall(4.0), D435, flaws=Flaws(hole_fraction=fraction)).render(at(0, 0, -8.0), 1)
+    assert np.mean(image[:400, 30:] == 0) == pytest.approx(fraction, rel=0.35)
