@@ -23,6 +23,7 @@ WHOLE = (
     "perception.synthetic.depth_renderer",
     "perception.tracking.tracker",
     "flightapp.planning.evasion.avoidance",
+    "flightapp.safety.supervisor",
     "flightapp.planning.evasion.voronoi_cell",
 )
 OBJECTS = 100_000

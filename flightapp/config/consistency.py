@@ -82,7 +82,7 @@ def _volume(mission: Mission, mission_path: Path, profile: Profile, profile_path
 
 def _keep_out(mission: Mission, mission_path: Path, profile: Profile, profile_path: Path) -> str:
     keep_out, hold = profile.safety.target_keep_out_m, mission.capture.hold_radius_m
-    if keep_out < hold:
+    if keep_out < hold or mission.target_contact_allowed:
         return ""
     return (
         f"{profile_path}: safety.target_keep_out_m = {keep_out}: must be smaller than capture.hold_radius_m = {hold} "

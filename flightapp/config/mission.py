@@ -34,20 +34,51 @@ class Datum(Strict):
 
 
 class FlightVolume(Strict):
-    """The fence: a polygon (north, east) and a band of heights above the datum."""
+    """The fence: a polygon (north, east) and a band of heights above the datum, and the contingency volume around it.
+
+    In the contingency volume a vehicle holds and is pushed back. Outside it `outside_action` ends its flight.
+    """
 
     vertices_m: tuple[Vertex, ...] = Field(min_length=3)
     height_min_m: float = Field(default=1.0, ge=0)
     height_max_m: float = Field(gt=0, le=500)
+    contingency_m: float = Field(default=5.0, gt=0, le=1000)
+    """The contingency volume reaches this far around the polygon, where it has no polygon of its own."""
+    contingency_vertices_m: Annotated[tuple[Vertex, ...], Field(min_length=3)] | None = None
+    """A polygon of its own, which must contain the flight volume."""
+    contingency_height_m: float = Field(default=5.0, gt=0, le=500)
+    """How far above the band the contingency volume reaches; below the band there is none."""
+    outside_action: Literal["land", "terminate"] = "land"
+    """What ends the flight of a vehicle outside the contingency volume."""
 
-    @field_validator("vertices_m")
+    @field_validator("vertices_m", "contingency_vertices_m")
     @classmethod
-    def _does_not_cross_itself(cls, vertices: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
+    def _does_not_cross_itself(cls, vertices: tuple[Vertex, ...] | None) -> tuple[Vertex, ...] | None:
+        if vertices is None:
+            return None
         _refuse_repeated(vertices, closed=True)
         polygon = Polygon(vertices)
         if not polygon.is_valid or polygon.area <= 0.0:
             raise ValueError("the fence crosses itself or has no area; list its corners once, in order around the volume")
         return vertices
+
+    @model_validator(mode="after")
+    def _is_nested(self) -> FlightVolume:
+        if self.contingency_vertices_m is None:
+            return self
+        contingency = Polygon(self.contingency_vertices_m)
+        for vertex in self.vertices_m:
+            if not contingency.covers(Point(vertex)):
+                raise ValueError(
+                    f"contingency_vertices_m: the corner {vertex} of vertices_m lies outside; "
+                    "the contingency volume must contain the whole flight volume"
+                )
+        if not contingency.covers(Polygon(self.vertices_m)):
+            raise ValueError(
+                "contingency_vertices_m: an edge of the flight volume leads out of it; "
+                "the contingency volume must contain the whole flight volume"
+            )
+        return self
 
     @model_validator(mode="after")
     def _band_is_open(self) -> FlightVolume:
@@ -200,6 +231,8 @@ class Mission(Strict):
     """How long a vehicle in the air waits for the others to be ready."""
     evader_speed_assumed_m_s: float = Field(default=4.0, gt=0, le=50)
     """Top speed of the evader where no estimate of it exists."""
+    target_contact_allowed: bool = False
+    """False: no pursuer comes nearer to the evader than the profile's `safety.target_keep_out_m`."""
     datum: Datum
     flight_volume: FlightVolume
     boundary: ProtectedBoundary

@@ -34,6 +34,18 @@ class Braking:
         """Way covered at `closing_m_s` before a setpoint takes effect, with a state that is `age_s` old; zero when opening."""
         return max(0.0, closing_m_s) * (self.lag_s + age_s)
 
+    def kept_m_s(self, inside_m: float, closing_m_s: float, margin_m: float, push_back_m_s: float, age_s: float = 0.0) -> float:
+        """Largest speed towards a border that is `inside_m` ahead (negative: behind, the vehicle is outside).
+
+        Braking ends `margin_m` before the border. Nearer than half of that, and outside, the result is negative: a push
+        back of at most `push_back_m_s`, damped by the motion inwards. It never grows as `inside_m` falls.
+        """
+        left = inside_m - margin_m - self.reach_m(closing_m_s, age_s)
+        if left > 0.0:
+            return self.speed_m_s(left)
+        short = 0.5 * margin_m - inside_m + self.lag_s * min(0.0, closing_m_s)
+        return -min(push_back_m_s, max(0.0, short) / (2.0 * self.lag_s))
+
     def stop_m(self, speed_m_s: float) -> float:
         """Distance beyond which a closing speed of `speed_m_s` is not limited at all, the way during the lag included."""
         tail = 0.5 * self.deceleration_m_s2 * self.lag_s * self.lag_s

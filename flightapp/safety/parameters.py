@@ -26,6 +26,8 @@ class SafetyParameters(BaseModel):
     """Smallest distance between the own centre and the evader's; 0 allows contact."""
     fence_margin_m: float = Field(default=0.5, ge=0, le=20)
     """Braking ends this far inside the fence, so that drift does not cross it."""
+    push_back_m_s: float = Field(default=1.0, gt=0, le=5)
+    """Speed at which a vehicle that is beyond the fence or the height band is brought back, at most."""
     height_margin_m: float = Field(default=0.2, ge=0, le=5)
     """The same for the height band."""
     obstacle_clearance_min_m: float = Field(default=0.1, ge=0, le=5)
@@ -41,3 +43,19 @@ class SafetyParameters(BaseModel):
     team_state_age_max_s: float = Field(default=1.0, gt=0, le=5)
     obstacles_age_max_s: float = Field(default=0.5, gt=0, le=2)
     """Older obstacles slow the vehicle down; after three times this age it stops."""
+    target_age_max_s: float = Field(default=1.0, gt=0, le=10)
+    """An evader not measured for longer is no longer believed to be fleeing."""
+    team_link_age_max_s: float = Field(default=3.0, gt=0, le=60)
+    """When no other vehicle of the fleet was heard for longer, the vehicle slows down."""
+    team_link_speed_m_s: float = Field(default=2.5, gt=0, le=30)
+    """Top speed while no other vehicle is heard."""
+    endurance_s: float = Field(default=900.0, ge=60, le=36000)
+    """How long a full battery lasts in a pursuit; a faster drain that is measured in flight counts instead."""
+    return_speed_m_s: float = Field(default=4.0, gt=0, le=30)
+    """Ground speed that can be counted on during the return, against the wind."""
+    landing_speed_m_s: float = Field(default=0.7, gt=0, le=5)
+    """Sink rate of return and landing."""
+    battery_reserve_fraction: float = Field(default=0.2, ge=0, le=0.9)
+    """What must be left after the way home."""
+    battery_critical_fraction: float = Field(default=0.1, ge=0, le=0.5)
+    """With less the vehicle lands where it is."""

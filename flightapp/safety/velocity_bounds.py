@@ -24,7 +24,7 @@ Planar = tuple[float, float]
 class VelocityBound(NamedTuple):
     """(north, east) . velocity <= bound_m_s with a unit normal; a negative bound asks to move away.
 
-    `what` is in the way and `distance_m` is left to it: for the reason that is recorded.
+    `what` is in the way and `distance_m` is left to it: for the reason that is recorded, which `text` replaces.
     """
 
     north: float
@@ -33,14 +33,17 @@ class VelocityBound(NamedTuple):
     guard: str
     what: str
     distance_m: float
+    text: str = ""
 
     def excess_m_s(self, velocity: Planar) -> float:
         """By how much `velocity` breaks the bound; negative inside."""
         return self.north * velocity[0] + self.east * velocity[1] - self.bound_m_s
 
     def reason(self) -> str:
+        if self.text:
+            return self.text
         if self.bound_m_s < 0.0:
-            return f"{self.what} {self.distance_m:.1f} m away comes closer: retreating at {-self.bound_m_s:.1f} m/s"
+            return f"{self.what} {self.distance_m:.1f} m away: too close, retreating at {-self.bound_m_s:.1f} m/s"
         return f"{self.what} {self.distance_m:.1f} m away: approaching it at no more than {self.bound_m_s:.1f} m/s"
 
 

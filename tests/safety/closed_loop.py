@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 
@@ -20,14 +21,27 @@ from flightapp.safety.supervisor import Supervisor
 LIMITS = Limits(5.0, 5.0, 40.0, 3.0, 12.0, 2.0, 0.35, 0.45)
 PARAMETERS = SafetyParameters()
 LAG_S, ACCELERATION_M_S2, PERIOD_S, STEPS_A_PERIOD = 0.25, 5.0, 0.04, 4
+WIND_1_S, INTEGRATOR_S = 0.25, 0.7
 
 Wish = Callable[[float, "Body"], Array]
 
 
 class Body:
-    """Velocity follows the setpoint with a first-order lag of 0.25 s and at most 5 m/s2."""
+    """Velocity follows the setpoint with a first-order lag of 0.25 s and at most 5 m/s2.
 
-    def __init__(self, name: str, position: Sequence[float], velocity: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+    Wind pushes with 0.25 /s of its speed relative to the vehicle; the velocity control, with an integrator of 0.7 s, leans
+    against it as an autopilot does.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        position: Sequence[float],
+        velocity: Sequence[float] = (0.0, 0.0, 0.0),
+        wind_m_s: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        self.wind = np.array(wind_m_s, dtype=np.float64)
+        self._leaning = np.zeros(3)
         self.name = name
         self.position = np.array([*position, -5.0][:3], dtype=np.float64)
         self.velocity = np.array(velocity, dtype=np.float64)
@@ -46,6 +60,9 @@ class Body:
             size = float(np.linalg.norm(acceleration))
             if size > ACCELERATION_M_S2:
                 acceleration *= ACCELERATION_M_S2 / size
+            if self.wind.any():
+                self._leaning += (setpoint.velocity_ned_m_s - self.velocity) * (dt / (LAG_S * INTEGRATOR_S))
+                acceleration = acceleration + self._leaning + WIND_1_S * (self.wind - self.velocity)
             self.velocity = self.velocity + acceleration * dt
             self.position = self.position + self.velocity * dt
             passed.append(self.position.copy())
@@ -82,6 +99,13 @@ def context_of(
     return SafetyContext(
         t_s, dt_s, body.name, body.state(t_s), own_age_s, team, target, obstacles, obstacles_age_s, body.previous, LIMITS
     )
+
+
+def noisy(context: SafetyContext, random: np.random.Generator, sigma_m: float = 0.1) -> SafetyContext:
+    """`context` with white noise on the own position, which is harsher than an estimator's."""
+    own = context.own
+    position = own.position_ned_m + random.normal(0.0, sigma_m, 3)
+    return dataclasses.replace(context, own=VehicleState(own.t_s, position, own.velocity_ned_m_s, own.yaw_rad))
 
 
 def member_of(body: Body, age_s: float = 0.0) -> TeamMember:

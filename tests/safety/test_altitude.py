@@ -56,10 +56,21 @@ def test_never_faster_vertically_and_only_back_from_beyond_an_edge(height: float
     verdict = GUARD.check(setpoint_of(1.0, 2.0, down, 0.7), context_of(body))
     out = verdict.setpoint.velocity_ned_m_s
     assert out[:2].tolist() == [1.0, 2.0]
-    assert abs(out[2]) <= min(abs(down), LIMITS.climb_rate_max_m_s)
-    assert out[2] * down >= 0.0
+    pushes = not 1.5 + 0.5 * PARAMETERS.height_margin_m <= height <= 15.0 - 0.5 * PARAMETERS.height_margin_m
+    assert abs(out[2]) <= max(min(abs(down), LIMITS.climb_rate_max_m_s), PARAMETERS.push_back_m_s * pushes)
+    if not pushes:
+        assert out[2] * down >= 0.0
     if height >= 15.0:
         assert out[2] >= 0.0
     if height <= 1.5:
         assert out[2] <= 0.0
     assert (verdict.reason == "") == (out[2] == down)
+
+
+@pytest.mark.parametrize(("start_m", "climb"), [(18.0, 2.0), (18.0, 0.0), (0.5, -2.0), (0.5, 0.0)])
+def test_beyond_an_edge_it_is_brought_back_and_stays(start_m: float, climb: float) -> None:
+    heights = _heights(GUARD, start_m, [climb] * 16)
+    assert 1.5 < heights[-1] < 15.0
+    turned = np.diff(np.sign(np.diff(heights[np.abs(heights - heights[-1]) > 0.02])))
+    assert np.count_nonzero(turned) <= 1
+    assert not 1.5 <= _heights(None, start_m, [climb] * 16)[-1] <= 15.0

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from flightapp.core.types import Setpoint
 from flightapp.safety.guards.finite import FiniteGuard
-from flightapp.safety.guards.staleness import ObstaclesAgeGuard, OwnStateAgeGuard
+from flightapp.safety.guards.obstacles_age import ObstaclesAgeGuard
+from flightapp.safety.guards.own_state_age import OwnStateAgeGuard
 from flightapp.safety.guards.unseen_sector import UnseenSectorGuard
 from tests.safety.closed_loop import PARAMETERS, Body, context_of, setpoint_of
 

@@ -11,30 +11,33 @@ from flightapp.safety.parameters import SafetyParameters
 
 class AltitudeGuard:
     """Specification: |vertical speed| at most the climb rate limit; climbing no faster than can be braked `height_margin_m`
-    below the top of the band, sinking no faster than can be braked that far above its bottom; beyond an edge, only motion
-    back. Heights are metres above the datum, height = -down. Planar velocity and yaw are kept.
+    below the top of the band, sinking no faster than can be braked that far above its bottom; nearer to an edge than half of
+    that margin and beyond it, the vehicle is brought back as by the fence, at most at `push_back_m_s`. Heights are metres above
+    the datum, height = -down. Planar velocity and yaw are kept.
     """
 
     name = "altitude"
 
     def __init__(self, height_min_m: float, height_max_m: float, parameters: SafetyParameters) -> None:
-        margin = min(parameters.height_margin_m, 0.25 * (height_max_m - height_min_m))
-        self._lowest_m, self._highest_m = height_min_m + margin, height_max_m - margin
+        self._margin_m = min(parameters.height_margin_m, 0.25 * (height_max_m - height_min_m))
+        self._bottom_m, self._top_m = height_min_m, height_max_m
+        self._push_back_m_s = parameters.push_back_m_s
         self._braking = vertical_braking(parameters)
 
     def check(self, setpoint: Setpoint, context: SafetyContext) -> GuardVerdict:
         north, east, down = setpoint.velocity_ned_m_s.tolist()
         height, climb = -float(context.own.position_ned_m[2]), -float(context.own.velocity_ned_m_s[2])
-        age = context.own_age_s
-        rate = context.limits.climb_rate_max_m_s
-        above = self._highest_m - height - self._braking.reach_m(climb, age)
-        below = height - self._lowest_m - self._braking.reach_m(-climb, age)
-        up_max = min(rate, self._braking.speed_m_s(above))
-        sink_max = min(rate, self._braking.speed_m_s(below))
-        if -down > up_max:
-            reason = f"height {height:.1f} m, top {self._highest_m:.1f} m: climbing at most {up_max:.1f} m/s"
-            return GuardVerdict(with_velocity(setpoint, north, east, -up_max), reason)
+        climb_max = self._kept_m_s(self._top_m - height, climb, context)
+        sink_max = self._kept_m_s(height - self._bottom_m, -climb, context)
+        if -down > climb_max:
+            reason = f"height {height:.1f} m, top {self._top_m:.1f} m: climb rate at most {climb_max:.1f} m/s"
+            return GuardVerdict(with_velocity(setpoint, north, east, -climb_max), reason)
         if down > sink_max:
-            reason = f"height {height:.1f} m, bottom {self._lowest_m:.1f} m: sinking at most {sink_max:.1f} m/s"
+            reason = f"height {height:.1f} m, bottom {self._bottom_m:.1f} m: sink rate at most {sink_max:.1f} m/s"
             return GuardVerdict(with_velocity(setpoint, north, east, sink_max), reason)
         return GuardVerdict(setpoint)
+
+    def _kept_m_s(self, inside_m: float, closing_m_s: float, context: SafetyContext) -> float:
+        rate = context.limits.climb_rate_max_m_s
+        allowed = self._braking.kept_m_s(inside_m, closing_m_s, self._margin_m, self._push_back_m_s, context.own_age_s)
+        return min(rate, max(-rate, allowed))

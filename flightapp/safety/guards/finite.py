@@ -7,24 +7,27 @@ import math
 from flightapp.core.types import Setpoint
 from flightapp.safety.api import GuardVerdict, SafetyContext
 from flightapp.safety.guards.setpoints import standstill, with_velocity
+from flightapp.safety.usable import FAR_M
 
 
 class FiniteGuard:
-    """Specification: a velocity or yaw that is NaN or infinite, or an own state that is, becomes zero velocity with yaw held.
+    """Specification: a velocity or yaw that is NaN or infinite becomes zero velocity with yaw held, and so does everything when
+    the own state is (or lies 1000 km away).
 
-    An acceleration that is not finite is dropped and the rest passes. The output is always finite.
+    Without an own state the verdict is final; otherwise the other guards go on from zero velocity, so that pushes and retreats
+    remain. An acceleration that is not finite is dropped and the rest passes. The output is always finite.
     """
 
     name = "finite"
 
     def check(self, setpoint: Setpoint, context: SafetyContext) -> GuardVerdict:
+        own = context.own
+        numbers = [*own.position_ned_m.tolist(), *own.velocity_ned_m_s.tolist(), own.yaw_rad, context.dt_s]
+        if not all(abs(number) < FAR_M for number in numbers):
+            return GuardVerdict(standstill(context), "own state is not finite", final=True)
         velocity = setpoint.velocity_ned_m_s.tolist()
         if not all(map(math.isfinite, velocity)) or not math.isfinite(setpoint.yaw_rad):
             return GuardVerdict(standstill(context), "planner gave a setpoint that is not finite")
-        own = context.own
-        numbers = [*own.position_ned_m.tolist(), *own.velocity_ned_m_s.tolist(), own.yaw_rad, context.dt_s]
-        if not all(map(math.isfinite, numbers)):
-            return GuardVerdict(standstill(context), "own state is not finite")
         acceleration = setpoint.acceleration_ned_m_s2
         if acceleration is not None and not all(map(math.isfinite, acceleration.tolist())):
             return GuardVerdict(with_velocity(setpoint, *velocity), "planner gave an acceleration that is not finite")

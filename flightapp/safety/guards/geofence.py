@@ -1,4 +1,4 @@
-"""The fence around the flight volume."""
+"""The fence around the flight volume, in the plane."""
 
 from __future__ import annotations
 
@@ -9,16 +9,20 @@ from flightapp.core.types import Setpoint
 from flightapp.safety.api import GuardVerdict, SafetyContext
 from flightapp.safety.braking import horizontal_braking
 from flightapp.safety.guards.spatial import check_alone
+from flightapp.safety.outline import Outline
 from flightapp.safety.parameters import SafetyParameters
 from flightapp.safety.velocity_bounds import Planar, VelocityBound
 
-ON_THE_LINE_M = 1e-6
-
 
 class GeofenceGuard:
-    """Specification: inside the polygon, the speed towards the nearest point of each edge is at most what can be braked
-    `fence_margin_m` before it; outside, the speed away from the nearest point of the fence is at most zero. Zero velocity
-    always passes. Any simple polygon will do, convex or not: an edge is an obstacle of zero width. Mission frame, (north, east).
+    """Specification, for each edge of the polygon by its nearest point; x is how far inside it the vehicle is:
+
+    - x beyond half of `fence_margin_m`: the speed towards the edge is at most what can be braked `fence_margin_m` before it.
+    - x nearer than that, or outside (there the nearest point of the whole fence counts): the vehicle is pushed back,
+      at (margin / 2 - x) / (2 lag) less what its own motion inwards covers in half of that time, at most `push_back_m_s`.
+
+    The bound falls steadily with x, so there is nothing to switch at the line and noise of the own position cannot make it
+    swing. Any simple polygon will do, convex or not: an edge is an obstacle of zero width. Mission frame, (north, east).
     """
 
     name = "geofence"
@@ -26,17 +30,7 @@ class GeofenceGuard:
     def __init__(self, vertices_m: Sequence[tuple[float, float]], parameters: SafetyParameters) -> None:
         self._parameters = parameters
         self._margin_m = parameters.fence_margin_m
-        area2 = 0.0
-        pairs = list(zip(vertices_m, [*vertices_m[1:], vertices_m[0]], strict=True))
-        for (n0, e0), (n1, e1) in pairs:
-            area2 += n0 * e1 - n1 * e0
-        turn = 1.0 if area2 > 0.0 else -1.0
-        self._edges: list[tuple[float, float, float, float, float, float, float]] = []
-        for (n0, e0), (n1, e1) in pairs:
-            length = math.hypot(n1 - n0, e1 - e0)
-            if length > 0.0:
-                along_n, along_e = (n1 - n0) / length, (e1 - e0) / length
-                self._edges.append((n0, e0, along_n, along_e, length, turn * along_e, -turn * along_n))
+        self._outline = Outline(vertices_m)
 
     def check(self, setpoint: Setpoint, context: SafetyContext) -> GuardVerdict:
         return check_alone(self, setpoint, context)
@@ -44,25 +38,19 @@ class GeofenceGuard:
     def bounds(self, wish: Planar, speed_m_s: float, context: SafetyContext) -> list[VelocityBound]:  # noqa: ARG002
         north, east, _ = context.own.position_ned_m.tolist()
         v_north, v_east, _ = context.own.velocity_ned_m_s.tolist()
-        braking = horizontal_braking(context.limits, self._parameters)
-        inside = False
-        nearest = (math.inf, 0.0, 0.0)
-        found: list[VelocityBound] = []
-        for n0, e0, along_n, along_e, length, out_n, out_e in self._edges:
-            n1, e1 = n0 + length * along_n, e0 + length * along_e
-            if (e0 > east) != (e1 > east) and north < n0 + (east - e0) * (n1 - n0) / (e1 - e0):
-                inside = not inside
-            along = min(max((north - n0) * along_n + (east - e0) * along_e, 0.0), length)
-            to_n, to_e = n0 + along * along_n - north, e0 + along * along_e - east
-            distance = math.hypot(to_n, to_e)
-            to_n, to_e = (to_n / distance, to_e / distance) if distance > ON_THE_LINE_M else (out_n, out_e)
-            if distance < nearest[0]:
-                nearest = (distance, to_n, to_e)
-            left = distance - self._margin_m - braking.reach_m(to_n * v_north + to_e * v_east, context.own_age_s)
-            bound = braking.speed_m_s(left)
+        braking, age = horizontal_braking(context.limits, self._parameters), context.own_age_s
+        fastest = max(speed_m_s, math.hypot(v_north, v_east))
+        look = self._outline.seen_from(north, east, self._margin_m + braking.stop_m(fastest) + fastest * age)
+        push = self._parameters.push_back_m_s
+        if not look.is_inside:
+            to_n, to_e, distance = look.nearest
+            closing = -to_n * v_north - to_e * v_east
+            bound = braking.kept_m_s(-distance, closing, self._margin_m, push, age)
+            text = f"outside the fence, {distance:.1f} m: going back at {-bound:.1f} m/s"
+            return [VelocityBound(-to_n, -to_e, bound, self.name, "fence", distance, text)]
+        found = []
+        for to_n, to_e, distance in look.near:
+            bound = braking.kept_m_s(distance, to_n * v_north + to_e * v_east, self._margin_m, push, age)
             if bound < speed_m_s:
                 found.append(VelocityBound(to_n, to_e, bound, self.name, "fence", distance))
-        if inside or nearest[0] <= ON_THE_LINE_M:
-            return found
-        distance, to_n, to_e = nearest
-        return [VelocityBound(-to_n, -to_e, 0.0, self.name, "outside the fence, which is", distance)]
+        return found

@@ -1,4 +1,4 @@
-"""Old knowledge: without an own state the vehicle stands, without a picture of the obstacles it creeps and then stands."""
+"""Old perception: without a picture of the obstacles the vehicle creeps and then stands."""
 
 from __future__ import annotations
 
@@ -6,26 +6,10 @@ import math
 
 from flightapp.core.types import Setpoint
 from flightapp.safety.api import GuardVerdict, SafetyContext
-from flightapp.safety.guards.setpoints import standstill, with_velocity
+from flightapp.safety.guards.setpoints import with_velocity
 from flightapp.safety.parameters import SafetyParameters
 
 STOP_AFTER_LIMITS = 3.0
-
-
-class OwnStateAgeGuard:
-    """Specification: own state older than `own_state_age_max_s` (or of unknown age) -> zero velocity, yaw held."""
-
-    name = "own-state-age"
-
-    def __init__(self, parameters: SafetyParameters) -> None:
-        self._age_max_s = parameters.own_state_age_max_s
-
-    def check(self, setpoint: Setpoint, context: SafetyContext) -> GuardVerdict:
-        if context.own_age_s <= self._age_max_s:
-            return GuardVerdict(setpoint)
-        return GuardVerdict(
-            standstill(context), f"own state is {context.own_age_s:.2f} s old, limit {self._age_max_s:.2f} s: standing still"
-        )
 
 
 class ObstaclesAgeGuard:
