@@ -98,13 +98,22 @@ class Mounting(Strict):
     yaw_deg: float = Field(default=0.0, ge=-180, le=180)
 
 
+REALSENSE_RATES_HZ = (6, 15, 30, 60, 90)
+"""Depth rates of the D400 cameras; which of them the camera has at the size asked for is seen when it is opened."""
+
+
 class Camera(Strict):
     """The depth camera. Without one (`source = "none"`) only the mission's surveyed obstacles are known."""
 
-    source: Literal["none", "shared-memory", "realsense"] = "none"
+    source: Literal["none", "realsense-recording", "shared-memory", "realsense"] = "none"
     path: Path | None = None
-    """File of the shared-memory source."""
+    """File of the shared-memory source, or the recording (.db3, .bag) that stands for a camera on the bench."""
     serial_number: str | None = None
+    """Of the RealSense; without it there must be only one."""
+    stall_timeout_s: float = Field(default=1.0, ge=0.2, le=10)
+    """Silence after which a RealSense is started again."""
+    emitter: bool | None = None
+    """Infrared projector of the RealSense on or off; without it, as the camera is set."""
     width_px: int = Field(default=848, ge=64, le=1920)
     height_px: int = Field(default=480, ge=48, le=1080)
     rate_hz: float = Field(default=30.0, gt=0, le=90)
@@ -120,8 +129,11 @@ class Camera(Strict):
     def _is_consistent(self) -> Camera:
         if self.range_max_m <= self.range_min_m:
             raise ValueError(f"range_max_m = {self.range_max_m}: must be greater than range_min_m = {self.range_min_m}")
-        if self.source == "shared-memory" and self.path is None:
-            raise ValueError("path: missing; source = 'shared-memory' needs it")
+        if self.source in ("shared-memory", "realsense-recording") and self.path is None:
+            raise ValueError(f"path: missing; source = '{self.source}' needs it")
+        if self.source == "realsense" and self.rate_hz not in REALSENSE_RATES_HZ:
+            offered = ", ".join(str(rate) for rate in REALSENSE_RATES_HZ)
+            raise ValueError(f"rate_hz = {self.rate_hz:g}: a RealSense offers {offered}")
         return self
 
 

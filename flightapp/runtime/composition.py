@@ -25,7 +25,7 @@ from flightapp.sim.world import World
 from flightapp.vehicle.pose_history import PoseHistory
 from perception.errors import PerceptionInputError
 from perception.pipeline import PerceptionPipeline
-from perception.sources import DepthSource, RealSenseSource, SharedMemorySource
+from perception.sources import DepthMode, DepthSource, RealSenseRecordingSource, SharedMemorySource, open_camera
 
 
 def limits_of(vehicle: Vehicle, profile: Profile) -> Limits:
@@ -100,15 +100,17 @@ def _depth_camera(vehicle: Vehicle, camera: Camera) -> DepthCamera:
 def _open_camera(camera: Camera, clock: SystemClock) -> DepthSource:
     try:
         if camera.source == "realsense":
-            return RealSenseSource(
+            return open_camera(
                 now_s=clock.now_s,
                 unix_s=clock.unix_s,
-                width_px=camera.width_px,
-                height_px=camera.height_px,
-                rate_hz=camera.rate_hz,
+                mode=DepthMode(camera.width_px, camera.height_px, camera.rate_hz),
                 serial_number=camera.serial_number,
+                stall_timeout_s=camera.stall_timeout_s,
+                emitter=camera.emitter,
             )
         assert camera.path is not None
+        if camera.source == "realsense-recording":
+            return RealSenseRecordingSource(camera.path, now_s=clock.now_s, is_real_time=True)
         return SharedMemorySource(camera.path, clock.from_monotonic_ns)
     except PerceptionInputError as error:
         raise InputError(f"camera.source = '{camera.source}': {error}") from None

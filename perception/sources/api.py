@@ -23,6 +23,8 @@ class SourceHealth:
     temperature_c: float | None = None
     fault: str = ""
     """What is wrong now, one sentence; empty while frames come."""
+    warning: str = ""
+    """What should be put right although frames come, one sentence: a camera on USB 2."""
 
 
 class DepthSource(Protocol):

@@ -9,6 +9,10 @@ from pathlib import Path
 
 from perception.errors import PerceptionInputError
 from perception.sources.api import DepthSource
+from perception.sources.png_folder import PngFolderSource
+from perception.sources.realsense import open_camera
+from perception.sources.realsense_recording import RealSenseRecordingSource
+from perception.sources.realsense_stream import DepthMode
 from perception.types import Intrinsics
 
 
@@ -35,7 +39,8 @@ class SourceOptions:
 def open_source(what: str, options: SourceOptions) -> DepthSource:
     """The source that `what` names; PerceptionInputError, one sentence, if there is none or it cannot be opened.
 
-    what: `realsense`, `realsense:SERIAL`, FILE.db3, FILE.bag, FILE.mcap, FILE.png, a folder of PNG files, or `synthetic`.
+    what: `realsense`, `realsense:SERIAL`, `synthetic`, FILE.db3, FILE.bag, FILE.mcap or the folder of a run, FILE.png or a
+    folder of PNG files.
     """
     for kind in _KINDS:
         if kind.is_meant(what):
@@ -51,36 +56,29 @@ class _Kind:
 
 
 def _open_camera(what: str, options: SourceOptions) -> DepthSource:
-    from perception.sources.realsense import RealSenseSource
-
     _, colon, serial_number = what.partition(":")
     if colon and not serial_number:
         raise PerceptionInputError(f"'{what}': the serial number is missing; realsense:SERIAL or realsense is wanted")
-    return RealSenseSource(
+    return open_camera(
         now_s=options.now_s,
         unix_s=options.unix_s,
-        width_px=options.width_px,
-        height_px=options.height_px,
-        rate_hz=options.rate_hz,
+        mode=DepthMode(options.width_px, options.height_px, options.rate_hz),
         serial_number=serial_number or None,
     )
 
 
 def _open_camera_recording(what: str, options: SourceOptions) -> DepthSource:
-    from perception.sources.realsense import RealSenseSource
-
-    return RealSenseSource(now_s=options.now_s, unix_s=options.unix_s, recording=Path(what))
+    return RealSenseRecordingSource(Path(what), now_s=options.now_s, is_real_time=options.is_real_time)
 
 
 def _open_mcap(what: str, options: SourceOptions) -> DepthSource:
+    # Imported here: reading recordings needs what flying with a camera does not.
     from perception.sources.mcap import McapSource
 
     return McapSource(Path(what), vehicle=options.vehicle)
 
 
 def _open_images(what: str, options: SourceOptions) -> DepthSource:
-    from perception.sources.png_folder import PngFolderSource
-
     if options.intrinsics is None:
         raise PerceptionInputError(f"{what}: PNG images carry no intrinsics; FX,FY,CX,CY of the depth image are wanted")
     return PngFolderSource(Path(what), options.intrinsics, depth_unit_m=options.depth_unit_m, period_s=1 / options.rate_hz)
@@ -100,6 +98,11 @@ def _open_synthetic(_: str, options: SourceOptions) -> DepthSource:
     )
 
 
+def _is_run(what: str) -> bool:
+    """A folder of recordings."""
+    return Path(what).is_dir() and any(Path(what).glob("*.mcap"))
+
+
 def _has_suffix(*suffixes: str) -> Callable[[str], bool]:
     return lambda what: Path(what).suffix.lower() in suffixes and not Path(what).is_dir()
 
@@ -108,7 +111,11 @@ _KINDS = (
     _Kind("realsense or realsense:SERIAL", lambda what: what.partition(":")[0] == "realsense", _open_camera),
     _Kind("synthetic", lambda what: what == "synthetic", _open_synthetic),
     _Kind("a recording FILE.db3 or FILE.bag of the RealSense SDK", _has_suffix(".db3", ".bag"), _open_camera_recording),
-    _Kind("a recording FILE.mcap of flightapp", _has_suffix(".mcap"), _open_mcap),
+    _Kind(
+        "a recording FILE.mcap of flightapp, or its run's folder",
+        lambda what: _has_suffix(".mcap")(what) or _is_run(what),
+        _open_mcap,
+    ),
     _Kind("a 16-bit FILE.png or a folder of them", lambda what: Path(what).is_dir() or _has_suffix(".png")(what), _open_images),
 )
 SOURCES_WANTED = ", ".join(kind.wanted for kind in _KINDS)

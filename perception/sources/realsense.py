@@ -1,28 +1,34 @@
-"""Intel RealSense through librealsense. The SDK is imported when a source is made: without a camera nobody needs it.
-
-A recording (`.db3`) plays through the same code as a camera.
-"""
+"""An Intel RealSense camera; the SDK's software device runs through the same code."""
 
 from __future__ import annotations
 
+import atexit
+import threading
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from perception.errors import PerceptionInputError
 from perception.sources.api import SourceHealth
 from perception.sources.clock_mapping import CaptureClock
-from perception.types import DepthFrame, Intrinsics
+from perception.sources.frame_copies import FrameCopies
+from perception.sources.inbox import Arrival, Inbox
+from perception.sources.realsense_device import CameraFinder
+from perception.sources.realsense_sdk import import_sdk
+from perception.sources.realsense_stream import DepthMode, DepthStream
+from perception.sources.stall_watch import StallWatch
+from perception.types import DepthFrame
+
+_WATCH_PERIOD_S = 0.1
+_TEMPERATURE_PERIOD_S = 1.0
+_CLOSE_TIMEOUT_S = 2.0
 
 
 class RealSenseSource:
-    """Depth of one RealSense camera, or of a recording of one.
+    """Depth of one RealSense camera.
 
-    now_s: the caller's time; unix_s: the host's Unix time, in which the SDK stamps frames. Raises PerceptionInputError if the
-    SDK or the camera is missing or the camera does not offer the mode. A camera that stops delivering (unplugged) shows as
-    None from `latest()` and a sentence in `health.fault`.
+    now_s: the caller's time; unix_s: the host's Unix time, in which the SDK may stamp frames. find_device: the SDK's device,
+    asked for again whenever the stream has stalled. mode: None takes the first that the device has. PerceptionInputError if the
+    SDK or the device is missing or does not offer the mode. A camera that falls silent later is started again by a thread of
+    the source's own, for as long as it takes; meanwhile `latest()` is None and `health.fault` says why.
     """
 
     def __init__(
@@ -30,97 +36,101 @@ class RealSenseSource:
         *,
         now_s: Callable[[], float],
         unix_s: Callable[[], float],
-        width_px: int = 848,
-        height_px: int = 480,
-        rate_hz: float = 30.0,
-        serial_number: str | None = None,
-        recording: Path | None = None,
+        find_device: Callable[[], Any],
+        mode: DepthMode | None = None,
+        stall_timeout_s: float = 1.0,
+        emitter: bool | None = None,
     ) -> None:
-        self._rs = _import_sdk()
-        self._clock = CaptureClock(now_s, unix_s)
-        self._number: int | None = None
-        self._received = 0
-        self._skipped = 0
-        self._fault = ""
-        self._is_recording = recording is not None
-        self._pipeline = self._rs.pipeline()
-        config = self._rs.config()
-        if recording is not None:
-            if not recording.is_file():
-                raise PerceptionInputError(f"{recording}: no such recording; a .db3 file of the RealSense SDK is wanted")
-            config.enable_device_from_file(str(recording), repeat_playback=False)
-            config.enable_stream(self._rs.stream.depth)
-        else:
-            if serial_number is not None:
-                config.enable_device(serial_number)
-            config.enable_stream(self._rs.stream.depth, width_px, height_px, self._rs.format.z16, round(rate_hz))
-        try:
-            profile = self._pipeline.start(config)
-        except RuntimeError as error:
-            camera = f"camera {serial_number}" if serial_number is not None else "camera"
-            what = str(recording) if recording is not None else f"RealSense {camera}, {width_px}x{height_px} at {rate_hz:g} Hz"
-            raise PerceptionInputError(f"{what}: cannot be started: {error}; check that it is plugged in (USB 3)") from None
-        if recording is not None:
-            profile.get_device().as_playback().set_real_time(False)
-        self._depth_unit_m = float(profile.get_device().first_depth_sensor().get_depth_scale())
-        self._buffers = [np.zeros((height_px, width_px), np.uint16) for _ in range(2)]
+        self._rs = import_sdk()
+        self._now_s = now_s
+        self._unix_s = unix_s
+        self._find_device = find_device
+        self._mode = mode
+        self._emitter = emitter
+        self._clock = CaptureClock()
+        self._inbox = Inbox(is_lossless=False)
+        self._copies = FrameCopies()
+        self._temperature_c: float | None = None
+        self._stopping = threading.Event()
+        self._stream = self._start()
+        self._watch = StallWatch(self._stream.label, self._start_again, stall_timeout_s=stall_timeout_s, started_s=now_s())
+        self._watcher = threading.Thread(target=self._watch_over, name="realsense-watch", daemon=True)
+        # The SDK's thread must not call into an interpreter that is being taken down.
+        atexit.register(self.close)
+        self._watcher.start()
 
     @property
     def health(self) -> SourceHealth:
-        return SourceHealth(received=self._received, skipped=self._skipped, fault=self._fault)
+        return SourceHealth(
+            received=self._copies.count,
+            skipped=self._inbox.skipped,
+            lost=self._inbox.lost,
+            restarts=self._watch.restarts,
+            temperature_c=self._temperature_c,
+            fault=self._watch.fault(self._inbox.arrived),
+            warning=self._stream.warning,
+        )
 
     @property
     def is_finished(self) -> bool:
-        return self._is_recording and bool(self._fault)
+        return False
 
     def latest(self) -> DepthFrame | None:
-        newest = self._poll()
-        if newest is None:
-            return None
-        number = int(newest.get_frame_number())
-        if self._number is not None:
-            if number <= self._number:
-                return None
-            self._skipped += number - self._number - 1
-        self._number = number
-        video = newest.get_profile().as_video_stream_profile().get_intrinsics()
-        intrinsics = Intrinsics(video.width, video.height, video.fx, video.fy, video.ppx, video.ppy)
-        shape = (intrinsics.height_px, intrinsics.width_px)
-        index = self._received % 2
-        if self._buffers[index].shape != shape:
-            self._buffers[index] = np.zeros(shape, np.uint16)
-        np.copyto(self._buffers[index], np.asanyarray(newest.get_data()))
-        self._received += 1
-        domain = newest.get_frame_timestamp_domain()
-        is_unix = domain in (self._rs.timestamp_domain.global_time, self._rs.timestamp_domain.system_time)
-        t_s = self._clock.capture_s(float(newest.get_timestamp()) * 1e-3, is_unix)
-        return DepthFrame(t_s, number, self._buffers[index], self._depth_unit_m, intrinsics)
+        arrival = self._inbox.take()
+        return None if arrival is None else self._copies.take(arrival, self._stream.depth_unit_m)
 
     def close(self) -> None:
-        if not self._fault:
-            self._pipeline.stop()
-            self._fault = "closed"
+        if self._stopping.is_set():
+            return
+        atexit.unregister(self.close)
+        self._stopping.set()
+        self._inbox.close()
+        # The SDK can hang on a device that is gone, and the watcher in it: then the process ends without it.
+        self._watcher.join(_CLOSE_TIMEOUT_S)
 
-    def _poll(self) -> Any:
-        """The newest depth frame of the SDK's queue, or None."""
-        newest = None
-        if self._fault:
-            return None
-        try:
-            while frames := self._pipeline.poll_for_frames():
-                depth = frames.get_depth_frame()
-                if depth:
-                    newest = depth
-        except RuntimeError as error:
-            self._fault = f"RealSense: {error}"
-        return newest
+    def _start(self) -> DepthStream:
+        stream = DepthStream(self._rs, self._find_device(), self._mode, emitter=self._emitter)
+        stream.start(lambda frame: self._deliver(stream, frame))
+        return stream
+
+    def _start_again(self) -> None:
+        self._stream.stop()
+        self._clock.reset()
+        self._inbox.forget_number()
+        self._stream = self._start()
+
+    def _deliver(self, stream: DepthStream, frame: Any) -> None:
+        arrival_s, unix_s = self._now_s(), self._unix_s()
+        stamp_s, is_unix = stream.stamp(frame)
+        t_s = self._clock.capture_s(stamp_s, arrival_s, unix_s - stamp_s if is_unix else None)
+        self._inbox.put(Arrival(frame, int(frame.get_frame_number()), t_s))
+
+    def _watch_over(self) -> None:
+        next_reading_s = self._now_s()
+        while not self._stopping.wait(_WATCH_PERIOD_S):
+            now_s = self._now_s()
+            self._watch.step(now_s, self._inbox.arrived)
+            if now_s >= next_reading_s and not self._watch.fault(self._inbox.arrived):
+                next_reading_s = now_s + _TEMPERATURE_PERIOD_S
+                self._temperature_c = self._stream.temperature_c()
+        self._stream.stop()
 
 
-def _import_sdk() -> Any:
-    try:
-        import pyrealsense2
-    except ImportError as error:
-        raise PerceptionInputError(
-            f"pyrealsense2 cannot be imported ({error}); install the extra 'realsense' and the system library libusb-1.0-0"
-        ) from None
-    return pyrealsense2
+def open_camera(
+    *,
+    now_s: Callable[[], float],
+    unix_s: Callable[[], float],
+    mode: DepthMode,
+    serial_number: str | None = None,
+    stall_timeout_s: float = 1.0,
+    emitter: bool | None = None,
+) -> RealSenseSource:
+    """The connected camera with that serial number, or the only one there is; PerceptionInputError as `RealSenseSource`."""
+    return RealSenseSource(
+        now_s=now_s,
+        unix_s=unix_s,
+        find_device=CameraFinder(import_sdk(), serial_number),
+        mode=mode,
+        stall_timeout_s=stall_timeout_s,
+        emitter=emitter,
+    )

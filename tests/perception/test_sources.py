@@ -1,4 +1,4 @@
-"""Camera sources: newest wins, nothing torn, one sentence on bad input."""
+"""Shared memory and folders of images: newest wins, nothing torn, one sentence on bad input."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from perception.errors import PerceptionInputError
-from perception.sources import DepthSource, PngFolderSource, RealSenseSource, SharedMemorySource, SharedMemoryWriter
-from perception.sources.clock_mapping import CaptureClock
+from perception.sources import DepthSource, PngFolderSource, SharedMemorySource, SharedMemoryWriter
 from perception.types import Intrinsics
 
 SMALL = Intrinsics(64, 48, 50.0, 51.0, 32.0, 24.0)
@@ -129,81 +128,3 @@ def test_recorded_frames_that_are_none_are_named(tmp_path: Path) -> None:
     (tmp_path / "broken.png").write_bytes(b"\x89PNG nonsense")
     with pytest.raises(PerceptionInputError, match=r"broken\.png: not a readable image"):
         PngFolderSource(tmp_path / "broken.png", SMALL).latest()
-
-
-def test_unix_stamps_give_the_age_of_a_frame() -> None:
-    clock = CaptureClock(lambda: 50.0, lambda: 1000.0)
-    assert clock.capture_s(999.97, is_unix=True) == pytest.approx(49.97)
-    assert clock.capture_s(1000.5, is_unix=True) == 50.0
-
-
-def test_stamps_of_the_cameras_clock_follow_the_quickest_frame() -> None:
-    now = [0.0]
-    clock = CaptureClock(lambda: now[0], lambda: 0.0)
-    captured = []
-    for k, delay in enumerate([0.02, 0.005, 0.03, 0.01]):
-        now[0] = 10.0 + k / 30 + delay
-        captured.append(clock.capture_s(3.0 + k / 30, is_unix=False))
-    assert captured[1:] == pytest.approx([10.005 + k / 30 for k in (1, 2, 3)])
-
-
-def test_a_realsense_recording_plays_through_the_camera_source(tmp_path: Path) -> None:
-    rs = pytest.importorskip(
-        "pyrealsense2", reason="pyrealsense2 or its system library libusb-1.0-0 is missing", exc_type=ImportError
-    )
-    file = tmp_path / "camera.db3"
-    _record(rs, file, 8)
-    source: DepthSource = RealSenseSource(now_s=time.monotonic, unix_s=time.time, recording=file)
-    values: list[int] = []
-    deadline = time.monotonic() + 10
-    while 8 not in values and time.monotonic() < deadline:
-        frame = source.latest()
-        if frame is not None:
-            values.append(int(frame.depth[0, 0]))
-            assert frame.depth.min() == frame.depth.max()
-            assert frame.depth_unit_m == pytest.approx(0.001)
-            assert (frame.intrinsics.fx_px, frame.intrinsics.cy_px) == (421.5, 240.5)
-            assert frame.t_s <= time.monotonic()
-    source.close()
-    assert values == sorted(set(values))
-    assert values[-1] == 8
-    assert source.health.received == len(values)
-
-
-def test_a_missing_realsense_recording_is_named(tmp_path: Path) -> None:
-    pytest.importorskip("pyrealsense2", reason="pyrealsense2 or its system library libusb-1.0-0 is missing", exc_type=ImportError)
-    with pytest.raises(PerceptionInputError, match=r"none\.db3: no such recording"):
-        RealSenseSource(now_s=time.monotonic, unix_s=time.time, recording=tmp_path / "none.db3")
-
-
-def _record(rs: object, file: Path, count: int) -> None:
-    """Frames with the values 1 to `count`, recorded from the SDK's software device."""
-    device = rs.software_device()
-    sensor = device.add_sensor("Stereo Module")
-    lens = rs.intrinsics()
-    lens.width, lens.height, lens.fx, lens.fy, lens.ppx, lens.ppy = 848, 480, 421.5, 421.5, 424.5, 240.5
-    lens.model, lens.coeffs = rs.distortion.none, [0.0] * 5
-    stream = rs.video_stream()
-    stream.type, stream.index, stream.uid, stream.width, stream.height = rs.stream.depth, 0, 1, 848, 480
-    stream.fps, stream.bpp, stream.fmt, stream.intrinsics = 30, 2, rs.format.z16, lens
-    profile = sensor.add_video_stream(stream, True)
-    sensor.add_read_only_option(rs.option.depth_units, 0.001)
-    sensor.add_read_only_option(rs.option.stereo_baseline, 50.0)
-    device.create_matcher(rs.matchers.default)
-    recorder = rs.recorder(str(file), device)
-    recorded = recorder.query_sensors()[0]
-    queue = rs.frame_queue(50)
-    recorded.open(recorded.get_stream_profiles()[0])
-    recorded.start(queue)
-    keep = []
-    for value in range(1, count + 1):
-        pixels = np.full((480, 848), value, np.uint16)
-        keep.append(pixels)
-        frame = rs.software_video_frame()
-        frame.pixels, frame.stride, frame.bpp = pixels, 848 * 2, 2
-        frame.timestamp, frame.domain = 1000.0 + value * 33.3, rs.timestamp_domain.hardware_clock
-        frame.frame_number, frame.profile, frame.depth_units = value, profile.as_video_stream_profile(), 0.001
-        sensor.on_video_frame(frame)
-    recorded.stop()
-    recorded.close()
-    del recorder, recorded, sensor, device
