@@ -137,7 +137,7 @@ def _parser() -> argparse.ArgumentParser:
     shown.add_argument("--json", action="store_true", help="one line of JSON a frame, on standard output")
     shown.add_argument("--every", type=int, default=1, metavar="K", help="draw every K-th frame only; all are processed")
     shown.add_argument("--frames", type=int, metavar="N", help="end after N frames")
-    shown.add_argument("--view-range-m", type=float, metavar="M", help="how far the view from above reaches (the range)")
+    shown.add_argument("--view-range-m", type=float, metavar="M", help="how far colours and top view reach (as the range)")
     camera = parser.add_argument_group("the camera")
     camera.add_argument("--intrinsics", metavar="FX,FY,CX,CY", help="of the depth image, in pixels; PNG images need them")
     camera.add_argument("--size", default="848x480", metavar="WxH", help="of a camera's or synthetic image (%(default)s)")

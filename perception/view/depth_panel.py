@@ -26,16 +26,17 @@ _BAR_WIDTH_PX = 128
 _STRIP_HEIGHT_PX = 10
 
 
-def draw_depth_panel(shot: Shot, *, band_m: float, range_max_m: float) -> Picture:
-    """BGR, 480 px high: depth in colours from near (red) to far (blue), black where nothing returned, grey beyond the range.
+def draw_depth_panel(shot: Shot, *, band_m: float, range_max_m: float, view_range_m: float) -> Picture:
+    """BGR, 480 px high: depth in colours from near (red) to `view_range_m` (blue), black where nothing returned, grey beyond
+    `range_max_m`.
 
     Discs are as high as the height band; nearer ones hide further ones. The strip below the image shows unseen bearings.
     """
     depth = np.atleast_2d(np.squeeze(shot.frame.depth))
-    scale, (left, top), panel = _fitted(_coloured(depth, shot.frame.depth_unit_m, range_max_m))
+    scale, (left, top), panel = _fitted(_coloured(depth, shot.frame.depth_unit_m, range_max_m, view_range_m))
     bare = panel.copy()
     labels = Labels(panel)
-    _draw_range_bar(panel, labels, range_max_m)
+    _draw_range_bar(panel, labels, view_range_m)
     order = np.argsort([gap_m(disc, shot.camera) for disc in shot.obstacles.discs], kind="stable")
     boxes = {
         int(i): _box(shot.obstacles.discs[i], shot.camera, shot.frame.intrinsics, shot.pose.position_ned_m[2], band_m, scale)
@@ -59,9 +60,9 @@ def draw_depth_panel(shot: Shot, *, band_m: float, range_max_m: float) -> Pictur
     return panel
 
 
-def _coloured(depth: NDArray[np.uint16], unit_m: float, range_max_m: float) -> Picture:
+def _coloured(depth: NDArray[np.uint16], unit_m: float, range_max_m: float, view_range_m: float) -> Picture:
     depth_m = depth.astype(np.float32) * np.float32(unit_m)
-    near_is_warm = np.clip(255 * (1 - depth_m / range_max_m), 0, 255).astype(np.uint8)
+    near_is_warm = np.clip(255 * (1 - depth_m / view_range_m), 0, 255).astype(np.uint8)
     picture: Picture = cv2.applyColorMap(near_is_warm, cv2.COLORMAP_TURBO)
     picture[depth_m > range_max_m] = _BEYOND_RANGE
     picture[depth == 0] = _NO_RETURN
@@ -120,9 +121,9 @@ def _label(
     labels.put(text, (x, y), offsets, WHITE, BLACK if age_s <= REMEMBERED_AGE_S else disc_colour(age_s))
 
 
-def _draw_range_bar(panel: Picture, labels: Labels, range_max_m: float) -> None:
+def _draw_range_bar(panel: Picture, labels: Labels, view_range_m: float) -> None:
     """What the colours mean, at the upper left."""
-    near, far = "0", f"{range_max_m:g} m"
+    near, far = "0", f"{view_range_m:g} m"
     width = 8 + text_width_px(near) + 6 + _BAR_WIDTH_PX + 6 + text_width_px(far) + 6
     cv2.rectangle(panel, (0, 0), (width, 20), BLACK, -1)
     labels.reserve((0, 0), (width, 21))

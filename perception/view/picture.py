@@ -19,8 +19,8 @@ _QUIET: Colour = (170, 170, 170)
 
 
 def draw(shot: Shot, height_slice: HeightSlice, *, range_max_m: float, view_range_m: float) -> Picture:
-    """BGR, 544 px high; the width follows from the shape of the depth image. view_range_m: of the top view."""
-    left = draw_depth_panel(shot, band_m=height_slice.band_m, range_max_m=range_max_m)
+    """BGR, 544 px high; the width follows from the shape of the depth image. view_range_m: how far colours and top view reach."""
+    left = draw_depth_panel(shot, band_m=height_slice.band_m, range_max_m=range_max_m, view_range_m=view_range_m)
     right = draw_top_view(shot, height_slice, range_m=view_range_m)
     strip = np.full((_STRIP_HEIGHT_PX, left.shape[1] + right.shape[1], 3), 30, np.uint8)
     picture = np.concatenate([np.concatenate([left, right], axis=1), strip])
