@@ -8,9 +8,10 @@ import os
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from flightapp.core.errors import FlightError, InputError
 
@@ -60,6 +61,7 @@ def fly(
     vehicle: Annotated[str, typer.Option("--vehicle", help="Name of this vehicle in the mission.")],
     seed: Seed = 0,
     run: Annotated[Path | None, typer.Option("--run", help="Folder for the recording; default as the profile says.")] = None,
+    waive: Annotated[list[str] | None, typer.Option("--waive", help="Fly although this check fails; repeatable.")] = None,
 ) -> None:
     """Fly one vehicle, real or SITL. Ctrl-C lands it.
 
@@ -78,6 +80,7 @@ def fly(
     folder = create_run_folder(root, loaded.name) if run is None else given_run_folder(run, shared=True)
     child = ["-m", "flightapp.runtime.vehicle_process", "--mission", str(mission), "--profile", str(profile)]
     child += ["--vehicle", vehicle, "--run", str(folder), "--seed", str(seed)]
+    child += [argument for check in waive or [] for argument in ("--waive", check)]
     sys.stdout.flush()
     os.execv(
         sys.executable,
@@ -86,6 +89,47 @@ def fly(
             *(sys.executable, *child),
         ],
     )
+
+
+@app.command()
+def preflight(
+    mission: Annotated[Path, typer.Argument(help="Mission file.")],
+    profile: Profile,
+    vehicle: Annotated[str, typer.Option("--vehicle", help="Name of this vehicle in the mission.")],
+    waive: Annotated[list[str] | None, typer.Option("--waive", help="A check that may fail; repeatable.")] = None,
+    wait_s: Annotated[float, typer.Option("--wait", min=0, help="Seconds to wait for what converges.")] = 60.0,
+    write: Annotated[bool, typer.Option("--write-parameters", help="Write wrong parameters; asks first.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Do not ask before writing.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Go through the checklist of one vehicle on the ground. Exit status 0 ready, 3 not ready.
+
+    Example: flightapp preflight missions/demo_two_pursuers.toml --profile profiles/nuc-pixhawk6c-d435.toml --vehicle p1
+    """
+    from flightapp.core.line_log import LineLog
+    from flightapp.preflight import table
+    from flightapp.preflight.px4_parameters import Finding
+    from flightapp.preflight.result import is_ready
+    from flightapp.preflight.session import preflight as check
+
+    def may_write(wrong: list[Finding]) -> bool:
+        if not as_json:
+            table.print_parameters(wrong)
+        return yes or typer.confirm("Write these parameters to the autopilot?", err=True)
+
+    log = LineLog.install()
+    try:
+        going = check(mission, profile, vehicle, waived=waive or [], wait_s=wait_s, may_write=may_write if write else None)
+        results, written = asyncio.run(going)
+    finally:
+        log.close()
+    if as_json:
+        print(json.dumps(table.as_json(results, written, vehicle), indent=2))
+    else:
+        for line in table.written_lines(written):
+            print(line)
+        table.print_checklist(results, vehicle)
+    raise typer.Exit(0 if is_ready(results) else 3)
 
 
 @app.command()
@@ -170,8 +214,20 @@ def recover(
         print(f"{found.output}: {found.messages} messages over {found.span_s:.1f} s")
 
 
-@app.command()
-def bench(
+class _SpeedByDefault(TyperGroup):
+    """`flightapp bench` and whatever does not begin with a name of what to measure: speed."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        known = bool(args) and (args[0] in self.commands or args[0] == "--help")
+        return super().parse_args(ctx, args if known else ["speed", *args])
+
+
+bench_app = typer.Typer(cls=_SpeedByDefault, help="Measure speed (the default) or perception.", rich_markup_mode=None)
+app.add_typer(bench_app, name="bench")
+
+
+@bench_app.command()
+def speed(
     mission: Annotated[Path, typer.Argument(help="Mission whose obstacles the camera sees.")] = DEMO_MISSION,
     profile: Profile = SIM_PROFILE,
     scenario: Annotated[Path, typer.Option("--scenario", help="Scenario that the fast simulator flies.")] = DENSE_SCENARIO,
@@ -193,6 +249,30 @@ def bench(
         print(json.dumps(result, indent=2))
     else:
         print_bench(result)
+
+
+@bench_app.command()
+def perception(
+    profile: Profile = SIM_PROFILE,
+    seed: Seed = 0,
+    quick: Annotated[bool, typer.Option("--quick", help="A few trials of each kind.")] = False,
+    as_json: Json = False,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for the picture.")] = None,
+) -> None:
+    """Hold perception against rendered scenes that are known exactly: what it finds, what it invents, what it misses.
+
+    With the camera and the perception parameters of the profile. Missed aims are said, they are no error.
+
+    Example: flightapp bench perception --out truth
+    """
+    from flightapp.bench.perception_truth import run_perception_truth
+    from flightapp.bench.perception_truth.table import print_perception
+
+    result = run_perception_truth(profile, seed, quick, out)
+    if as_json:
+        print(json.dumps(result, indent=2))
+    else:
+        print_perception(result)
 
 
 Scenario = Annotated[Path, typer.Argument(help="Scenario file.")]

@@ -36,6 +36,8 @@ class Autopilot(Strict):
     """MAVSDK URL: udpin://0.0.0.0:14540, serial:///dev/ttyACM0:921600, tcpout://192.168.0.3:5760."""
     connect_timeout_s: float = Field(default=20.0, gt=0, le=300)
     telemetry_rate_hz: float = Field(default=50.0, ge=10, le=200)
+    pilot_transmitter: bool = True
+    """Whether a pilot with a transmitter stands by; only a simulation should do without."""
 
     @field_validator("connection_url")
     @classmethod
@@ -149,12 +151,21 @@ class RecordingOptions(Strict):
     """Every how manieth row and column of a depth image is recorded: real pixels, none averaged."""
 
 
+class Preflight(Strict):
+    """What must be there before take-off."""
+
+    position_accuracy_max_m: float = Field(default=3.0, gt=0, le=50)
+    """Largest standard deviation of the horizontal position that the receiver may report."""
+    battery_start_min_fraction: float = Field(default=0.5, ge=0, le=1)
+
+
 class Profile(Strict):
     """One vehicle's hardware."""
 
     name: str = Field(min_length=1)
     limits: VehicleLimits
     autopilot: Autopilot
+    preflight: Preflight = Preflight()
     control: Control = Control()
     network: Network = Network()
     camera: Camera = Camera()

@@ -47,6 +47,8 @@ class SharedState:
     mission: str
     """Digest of the sender's mission file: vehicles that fly different versions of it do not start together."""
     guards: tuple[str, ...] = ()
+    system_id: int | None = None
+    """MAVLink system id of the sender's autopilot; None from software that does not tell."""
 
 
 class MalformedPayloadError(ValueError):
@@ -80,6 +82,7 @@ def decode_state(payload: bytes) -> SharedState:
             link_age_s=_optional(fields["link_age_s"]),
             mission=str(fields["mission"]),
             guards=tuple(str(guard) for guard in fields["guards"]),
+            system_id=None if fields.get("system_id") is None else int(fields["system_id"]),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise MalformedPayloadError(f"state payload: {type(error).__name__} {error}") from None

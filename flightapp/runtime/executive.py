@@ -10,19 +10,24 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Collection
 from enum import Enum
 
 from flightapp.core.errors import FlightError
 from flightapp.fleet.messages import Command
 from flightapp.planning.plane import Point, crosses, planar, segments
+from flightapp.preflight.checklist import refuse_unknown, run_checklist
+from flightapp.preflight.gathering import Gatherer
+from flightapp.preflight.result import Level, Result
 from flightapp.runtime.control_loop import ControlLoop, Guidance
 from flightapp.runtime.outcome import Outcome, outcome_of_team
-from flightapp.runtime.preflight import Preflight
 from flightapp.runtime.rooms import Rooms
 
 POLL_PERIOD_S = 0.02
 PREFLIGHT_TIMEOUT_S = 60.0
+PREFLIGHT_PERIOD_S = 0.2
+STARTED_ALONE = ("team",)
+"""Checks that a vehicle does not wait for on the ground: in the air it waits for its team, as the mission says."""
 TAKEOFF_TIMEOUT_S = 45.0
 MODE_TIMEOUT_S = 5.0
 SETPOINTS_BEFORE_OFFBOARD = 15
@@ -68,8 +73,9 @@ class InterruptedMission(Exception):  # noqa: N818 - control flow, not an error
 class Executive:
     """Flies one mission on one vehicle."""
 
-    def __init__(self, rooms: Rooms) -> None:
+    def __init__(self, rooms: Rooms, waived: Collection[str] = ()) -> None:
         self._rooms = rooms
+        self._waived = waived
         self._loop: ControlLoop
         self._wanted: InterruptedMission | None = None
         self._arm_asked_s: float | None = None
@@ -131,19 +137,37 @@ class Executive:
         return await self._bring_down(action, outcome, reason)
 
     async def _preflight(self) -> None:
-        """Wait until the vehicle is ready, say what is missing when it is not; a converging GPS is not a failure."""
+        """Go through the checklist until it is passed, waived or failed; what converges is waited for."""
         rooms = self._rooms
         self._enter("preflight", "")
-        preflight = Preflight(rooms, self._loop)
+        gatherer = Gatherer(rooms, self._loop)
+        await gatherer.read_parameters()
         deadline = rooms.clock.now_s() + PREFLIGHT_TIMEOUT_S
-        while missing := preflight.missing():
+        while True:
+            results = run_checklist(gatherer.facts(), self._waived)
+            running = [result for result in results if result.level is Level.RUNNING and result.check not in STARTED_ALONE]
+            if any(result.level is Level.FAILED for result in results) or not running:
+                break
             if rooms.clock.now_s() > deadline:
-                raise FlightError(f"preflight: not ready within {PREFLIGHT_TIMEOUT_S:g} s: {'; '.join(missing)}")
-            await self._tick()
-        await preflight.check_parameters()
+                raise FlightError(f"preflight: not ready within {PREFLIGHT_TIMEOUT_S:g} s: {_told(running)}")
+            await self._tick(PREFLIGHT_PERIOD_S)
+        refuse_unknown(self._waived, results)
+        self._record(results)
+        failed = [result for result in results if result.level is Level.FAILED]
+        if failed:
+            raise FlightError(f"preflight: {_told(failed)}")
         height = rooms.mission.height_of(rooms.vehicle) - rooms.vehicle.start.ground_height_m
         return_height = rooms.mission.return_height_of(rooms.vehicle) - rooms.vehicle.start.ground_height_m
         await rooms.autopilot.set_heights(height, return_height)
+
+    def _record(self, results: list[Result]) -> None:
+        """The checklist as it was passed: waivers and warnings as events of their own."""
+        for result in results:
+            if result.level in (Level.WAIVED, Level.WARNING, Level.FAILED):
+                text = f"{result.check} {result.level.word}: {result.found}"
+                self._rooms.journal.event("warning", "preflight", text, check=result.check, result=result.level.word)
+        passed = sum(result.level is Level.PASSED for result in results)
+        self._rooms.journal.event("info", "preflight", f"{passed} of {len(results)} checks passed")
 
     async def _take_off(self) -> None:
         rooms, loop = self._rooms, self._loop
@@ -337,9 +361,9 @@ class Executive:
                 raise FlightError(f"{failure} (waited {timeout_s:g} s)")
             await self._tick()
 
-    async def _tick(self) -> None:
+    async def _tick(self, period_s: float = POLL_PERIOD_S) -> None:
         """Let the control loop run, then look whether something ends the mission."""
-        await asyncio.sleep(POLL_PERIOD_S)
+        await asyncio.sleep(period_s)
         self._check()
 
     def _check(self) -> None:
@@ -415,3 +439,7 @@ class Executive:
             return None if motion is None else planar(motion.state.position_ned_m)
         target = self._loop.target
         return None if target is None or target.age_s > TARGET_AGE_MAX_S else planar(target.position_ned_m)
+
+
+def _told(results: list[Result]) -> str:
+    return "; ".join(f"{result.check}: {result.found}{f' -> {result.remedy}' if result.remedy else ''}" for result in results)

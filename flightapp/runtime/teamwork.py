@@ -119,6 +119,7 @@ class Teamwork:
             link_age_s=max(ages) if ages else None,
             mission=rooms.mission_digest,
             guards=guards,
+            system_id=rooms.vehicle.system_id,
         )
 
 

@@ -109,7 +109,7 @@ class Launcher:
             *("-m", "flightapp.sim.mock_autopilot", "--mission", str(self._mission_path), "--vehicle", own.vehicle.name),
             *("--profile", str(own.profile), "--send-to", f"{HOST}:{own.mavlink_port}", "--truth", str(own.truth)),
             *("--seed", str(self._seed), "--log", str(self._run / f"{own.vehicle.name}-autopilot.jsonl")),
-            *("--param", "COM_OBL_RC_ACT=4", "--param", "COM_RC_OVERRIDE=3", "--die-with-parent"),
+            *("--param", "COM_OBL_RC_ACT=4", "--param", "COM_RC_OVERRIDE=3", "--param", "COM_LOW_BAT_ACT=3", "--die-with-parent"),
         ]
 
     def _camera_command(self, own: VehicleFiles, files: list[VehicleFiles]) -> list[str]:

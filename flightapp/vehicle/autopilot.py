@@ -57,6 +57,35 @@ class HealthState:
         return tuple(name for name, ok in named if not ok)
 
 
+@dataclass(frozen=True, slots=True)
+class Accuracy:
+    """The GNSS receiver's own view; `fix` as MAVLink's GPS_FIX_TYPE (3: 3-D), standard deviations NaN where it does not tell."""
+
+    satellites: int
+    fix: int
+    horizontal_m: float
+    vertical_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class AutopilotDetails:
+    """What is worth knowing before a flight and not needed in it."""
+
+    autopilot: str
+    """PX4, or what it is instead; empty while unknown."""
+    version: tuple[int, int, int] | None
+    hardware_uid: str
+    system_ids_heard: tuple[int, ...]
+    twin: str
+    """How a second autopilot with the same system id shows; empty while there is no sign of one."""
+    state_rate_hz: float
+    attitude_rate_hz: float
+    accuracy: Accuracy | None
+    home_ned_m: tuple[float, float, float] | None
+    transmitter_seen: bool | None
+    """Whether the pilot's transmitter is received; None where it is not reported."""
+
+
 class Autopilot(Protocol):
     """One vehicle's autopilot. Commands raise FlightError with the autopilot's own reason when they are refused."""
 
@@ -72,13 +101,17 @@ class Autopilot(Protocol):
 
     def health(self) -> HealthState: ...
 
+    def details(self) -> AutopilotDetails: ...
+
     async def set_heights(self, takeoff_m: float, return_m: float) -> None:
         """Heights above the take-off point for take-off and return; the return height holds near home too."""
         ...
 
-    async def parameter_int(self, name: str) -> int: ...
+    async def parameter(self, name: str, *, is_integer: bool) -> float | None:
+        """Value of a parameter; None where this autopilot has no such parameter."""
+        ...
 
-    async def parameter_float(self, name: str) -> float: ...
+    async def set_parameter(self, name: str, value: float, *, is_integer: bool) -> None: ...
 
     async def arm(self) -> None: ...
 

@@ -7,6 +7,7 @@ event loop nor the default executor ever waits for the autopilot. Positions are 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import math
 from collections import deque
@@ -21,7 +22,7 @@ from mavsdk.plugins.info import Info
 from mavsdk.plugins.mavlink_direct import MavlinkDirect
 from mavsdk.plugins.offboard import Offboard, VelocityNedYaw
 from mavsdk.plugins.param import Param
-from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry
+from mavsdk.plugins.telemetry import FixType, FlightMode, LandedState, Telemetry
 
 from flightapp.config.profile import Autopilot as AutopilotConfig
 from flightapp.core.angles import wrap_pi
@@ -29,11 +30,16 @@ from flightapp.core.clock import Clock
 from flightapp.core.errors import FlightError
 from flightapp.core.geodesy import GeodeticPoint, geodetic_to_mission, px4_local_to_geodetic
 from flightapp.core.types import Setpoint, VehicleState
-from flightapp.vehicle.autopilot import BatteryState, HealthState, Motion, Status
+from flightapp.vehicle.autopilot import Accuracy, AutopilotDetails, BatteryState, HealthState, Motion, Status
 from flightapp.vehicle.boot_clock import BootClock
 from flightapp.vehicle.pose_history import PoseHistory
+from flightapp.vehicle.rate_meter import RateMeter
+from flightapp.vehicle.twin_watch import TwinWatch
 
 COMPANION_COMPONENT_ID = 191
+AUTOPILOT_COMPONENT_ID = 1
+AUTOPILOTS = {0: "generic", 3: "ArduPilot", 12: "PX4"}
+"""MAVLink MAV_AUTOPILOT."""
 CONNECTION_LOST_S = 3.0
 COMMAND_TIMEOUT_S = 5.0
 VERSION_TIMEOUT_S = 3.0
@@ -42,6 +48,8 @@ COMPLAINTS = ("WARNING", "ERROR", "CRITICAL", "ALERT", "EMERGENCY")
 COMPLAINT_DELAY_S = 0.1
 """The reason of a refusal comes as a status text beside the acknowledgement."""
 COMPLAINT_AGE_MAX_S = 3.0
+UNKNOWN_PARAMETER = ("TIMEOUT", "DOES_NOT_EXIST", "NOT_FOUND", "PARAM_NOT_FOUND", "DOESNT_EXIST")
+"""PX4 before 1.16 does not answer at all when asked for a parameter that it does not have."""
 
 
 class Px4:
@@ -67,6 +75,15 @@ class Px4:
         self._complaints: deque[tuple[float, str]] = deque(maxlen=10)
         self._origin_asked_s = -math.inf
         self._mavsdk: Any = None
+        self._version: tuple[int, int, int] | None = None
+        self._hardware_uid = ""
+        self._autopilot = ""
+        self._state_rate, self._attitude_rate = RateMeter(), RateMeter()
+        self._twin = TwinWatch()
+        self._fix: tuple[int, int] | None = None
+        self._uncertainty_m = (math.nan, math.nan)
+        self._home: GeodeticPoint | None = None
+        self._transmitter_seen: bool | None = None
 
     async def connect(self) -> str:
         mavsdk_logging.log_subscribe(lambda _level, _message, _file, _line: True)
@@ -107,19 +124,45 @@ class Px4:
             self._request_origin()
         return HealthState(*self._health, origin_known=self._origin is not None)
 
+    def details(self) -> AutopilotDetails:
+        now_s = self._clock.now_s()
+        home = None if self._home is None else geodetic_to_mission(self._datum, self._home)
+        return AutopilotDetails(
+            autopilot=self._autopilot,
+            version=self._version,
+            hardware_uid=self._hardware_uid,
+            system_ids_heard=tuple(sorted({system.get_system_id() for system in self._mavsdk.get_systems()})),
+            twin=self._twin.sign(now_s),
+            state_rate_hz=self._state_rate.rate_hz(now_s),
+            attitude_rate_hz=self._attitude_rate.rate_hz(now_s),
+            accuracy=None if self._fix is None else Accuracy(*self._fix, *self._uncertainty_m),
+            home_ned_m=None if home is None else (float(home[0]), float(home[1]), float(home[2])),
+            transmitter_seen=self._transmitter_seen,
+        )
+
     async def set_heights(self, takeoff_m: float, return_m: float) -> None:
         await self._command("set the take-off height", lambda done: self._action.set_takeoff_altitude_async(takeoff_m, done))
         await self._command(
             "set the return height", lambda done: self._action.set_return_to_launch_altitude_async(return_m, done)
         )
 
-        await self._parameter("RTL_CONE_ANG", lambda: self._param.set_param_int("RTL_CONE_ANG", 0))
+        await self.set_parameter("RTL_CONE_ANG", 0, is_integer=True)
 
-    async def parameter_int(self, name: str) -> int:
-        return int(await self._parameter(name, lambda: self._param.get_param_int(name)))
+    async def parameter(self, name: str, *, is_integer: bool) -> float | None:
+        get = self._param.get_param_int if is_integer else self._param.get_param_float
+        try:
+            return float(await asyncio.to_thread(get, name))
+        except mavsdk.MavsdkError as error:
+            result = getattr(getattr(error, "result", None), "name", str(error))
+            if result in UNKNOWN_PARAMETER:
+                return None
+            raise FlightError(f"parameter {name}: {result}") from None
 
-    async def parameter_float(self, name: str) -> float:
-        return float(await self._parameter(name, lambda: self._param.get_param_float(name)))
+    async def set_parameter(self, name: str, value: float, *, is_integer: bool) -> None:
+        if is_integer:
+            await self._parameter(name, lambda: self._param.set_param_int(name, int(value)))
+        else:
+            await self._parameter(name, lambda: self._param.set_param_float(name, value))
 
     async def arm(self) -> None:
         await self._command("arm", self._action.arm_async)
@@ -177,12 +220,17 @@ class Px4:
         telemetry.subscribe_attitude_euler(self._on_attitude)
         self._direct.subscribe_message("LOCAL_POSITION_NED", self._on_local_position)
         self._direct.subscribe_message("GPS_GLOBAL_ORIGIN", self._on_origin)
+        self._direct.subscribe_message("HEARTBEAT", self._on_heartbeat)
         telemetry.subscribe_flight_mode(self._on_flight_mode)
         telemetry.subscribe_armed(self._on_armed)
         telemetry.subscribe_landed_state(self._on_landed)
         telemetry.subscribe_battery(self._on_battery)
         telemetry.subscribe_health(self._on_health)
         telemetry.subscribe_status_text(self._on_status_text)
+        telemetry.subscribe_gps_info(self._on_gps_info)
+        telemetry.subscribe_raw_gps(self._on_raw_gps)
+        telemetry.subscribe_home(self._on_home)
+        telemetry.subscribe_rc_status(self._on_rc_status)
 
     async def _set_rates(self) -> None:
         rate = self._config.telemetry_rate_hz
@@ -216,6 +264,9 @@ class Px4:
                     return f"system {self._system_id}, version unknown ({error})"
                 await asyncio.sleep(0.1)
                 continue
+            self._version = (version.flight_sw_major, version.flight_sw_minor, version.flight_sw_patch)
+            with contextlib.suppress(mavsdk.MavsdkError):
+                self._hardware_uid = str(info.get_identification().hardware_uid)
             number = f"{version.flight_sw_major}.{version.flight_sw_minor}.{version.flight_sw_patch}"
             return f"system {self._system_id}, autopilot {number}"
 
@@ -248,7 +299,10 @@ class Px4:
             raise FlightError(f"parameter {name}: {getattr(result, 'name', error)}") from None
 
     def _on_attitude(self, attitude: Any, _user: Any) -> None:
-        t_s = self._boot_clock.to_fleet_s(attitude.timestamp_us * 1e-6, self._clock.now_s())
+        arrived_s = self._clock.now_s()
+        self._attitude_rate.note(arrived_s)
+        self._twin.note(attitude.timestamp_us * 1e-6, arrived_s)
+        t_s = self._boot_clock.to_fleet_s(attitude.timestamp_us * 1e-6, arrived_s)
         roll, pitch, yaw = (math.radians(angle) for angle in (attitude.roll_deg, attitude.pitch_deg, attitude.yaw_deg))
         if math.isfinite(roll + pitch + yaw):
             self._attitude = (roll, pitch, yaw)
@@ -258,6 +312,7 @@ class Px4:
         if message.system_id != self._system_id or self._origin is None or self._attitude is None:
             return
         arrived_s = self._clock.now_s()
+        self._state_rate.note(arrived_s)
         fields = json.loads(message.fields_json)
         local = np.array([fields["x"], fields["y"], fields["z"]], dtype=np.float64)
         velocity = np.array([fields["vx"], fields["vy"], fields["vz"]], dtype=np.float64)
@@ -274,6 +329,11 @@ class Px4:
         if message.system_id == self._system_id:
             fields = json.loads(message.fields_json)
             self._origin = GeodeticPoint(fields["latitude"] * 1e-7, fields["longitude"] * 1e-7, fields["altitude"] * 1e-3)
+
+    def _on_heartbeat(self, message: Any, _user: Any) -> None:
+        if message.system_id == self._system_id and message.component_id == AUTOPILOT_COMPONENT_ID:
+            number = int(json.loads(message.fields_json)["autopilot"])
+            self._autopilot = AUTOPILOTS.get(number, f"MAV_AUTOPILOT {number}")
 
     def _on_flight_mode(self, mode: Any, _user: Any) -> None:
         self._mode = FlightMode(mode).name
@@ -298,3 +358,22 @@ class Px4:
         self._texts.append((now_s, text.type.name, text.text))
         if text.type.name in COMPLAINTS:
             self._complaints.append((now_s, text.text))
+
+    def _on_gps_info(self, gps: Any, _user: Any) -> None:
+        self._fix = (int(gps.num_satellites), FixType(gps.fix_type).value)
+
+    def _on_raw_gps(self, gps: Any, _user: Any) -> None:
+        self._uncertainty_m = (_told_m(gps.horizontal_uncertainty_m), _told_m(gps.vertical_uncertainty_m))
+
+    def _on_home(self, home: Any, _user: Any) -> None:
+        point = GeodeticPoint(home.latitude_deg, home.longitude_deg, home.absolute_altitude_m)
+        if math.isfinite(point.latitude_deg + point.longitude_deg + point.altitude_m):
+            self._home = point
+
+    def _on_rc_status(self, transmitter: Any, _user: Any) -> None:
+        self._transmitter_seen = bool(transmitter.is_available)
+
+
+def _told_m(uncertainty_m: float) -> float:
+    """MAVLink 1 has no field for it and MAVLink 2 sends 0 where the receiver does not tell."""
+    return uncertainty_m if math.isfinite(uncertainty_m) and uncertainty_m > 0.0 else math.nan

@@ -74,7 +74,16 @@ def one_vehicle(
         [
             *(sys.executable, "-m", "flightapp.sim.mock_autopilot", "--mission", str(mission_path), "--vehicle", "e1"),
             *("--send-to", f"127.0.0.1:{relay.mock_port}", "--truth", str(files.truth), "--log", str(mock_log)),
-            *("--param", "COM_OBL_RC_ACT=4", "--param", "COM_RC_OVERRIDE=3", "--die-with-parent", *mock_arguments),
+            *(
+                "--param",
+                "COM_OBL_RC_ACT=4",
+                "--param",
+                "COM_RC_OVERRIDE=3",
+                "--param",
+                "COM_LOW_BAT_ACT=3",
+                "--die-with-parent",
+                *mock_arguments,
+            ),
         ],
         stdout=subprocess.DEVNULL,
     )

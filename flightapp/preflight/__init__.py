@@ -1,0 +1,1 @@
+"""Before arming: everything that must be true, each with reason and remedy. Facts are gathered once, checks only judge them."""

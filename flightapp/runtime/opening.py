@@ -1,0 +1,152 @@
+"""Opens the rooms of one vehicle in the right order, runs its control loop, and closes everything again."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import hashlib
+from collections.abc import AsyncIterator, Callable
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import flightapp
+from flightapp.config.mission import load_mission
+from flightapp.config.profile import load_profile
+from flightapp.core.clock import SystemClock
+from flightapp.core.errors import FlightError
+from flightapp.estimation.target_filter import TargetFilter
+from flightapp.fleet.messages import Command
+from flightapp.fleet.session import open_session
+from flightapp.fleet.team import Team
+from flightapp.recording.recorder import Recorder
+from flightapp.runtime.composition import build_perception, build_strategy, limits_of, surveyed_obstacles
+from flightapp.runtime.control_loop import ControlLoop
+from flightapp.runtime.heartbeat import Heartbeat
+from flightapp.runtime.inputs import check_inputs
+from flightapp.runtime.journal import Journal
+from flightapp.runtime.outcome import Outcome
+from flightapp.runtime.rooms import Rooms
+from flightapp.safety.supervisor import make_supervisor
+from flightapp.vehicle.pose_history import PoseHistory
+from flightapp.vehicle.px4 import Px4
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """Which vehicle, with what, and where its recording goes."""
+
+    mission: Path
+    profile: Path
+    vehicle: str
+    run: Path
+    seed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """The rooms, and what only perception needs besides."""
+
+    rooms: Rooms
+    clock: SystemClock
+    history: PoseHistory
+    recorder: Recorder
+
+
+@asynccontextmanager
+async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
+    """Everything that can be refused is refused before the autopilot is touched; then it is connected."""
+    mission, profile = load_mission(wish.mission), load_profile(wish.profile)
+    vehicle = check_inputs(mission, profile, wish.mission, wish.profile, wish.vehicle)
+    clock = SystemClock()
+    planner = build_strategy(mission, vehicle, profile, wish.mission, wish.seed)
+    supervisor = make_supervisor(mission, profile, wish.vehicle)
+    async with AsyncExitStack() as stack:
+        recorder = stack.enter_context(Recorder(wish.run / f"{wish.vehicle}.mcap", options=profile.recording, mission=mission))
+        recorder.metadata(
+            "run",
+            {
+                "vehicle": wish.vehicle,
+                "role": vehicle.role,
+                "mission": mission.name,
+                "strategy": vehicle.strategy.name,
+                "seed": wish.seed,
+                "flightapp": flightapp.__version__,
+            },
+        )
+        recorder.attach("mission.toml", wish.mission)
+        recorder.attach("profile.toml", wish.profile)
+        journal = Journal(recorder, clock, wish.vehicle)
+        session = await open_session(profile.network.listen_endpoints, profile.network.connect_endpoints)
+        stack.callback(session.close)
+        others = [other.name for other in mission.vehicles if other.name != wish.vehicle]
+        team = Team(
+            session,
+            mission.fleet,
+            wish.vehicle,
+            others,
+            lambda peer, text: journal.event("warning", "network", text, peer=peer),
+        )
+        history = PoseHistory()
+        autopilot = Px4(profile.autopilot, vehicle.system_id, mission.datum.as_point(), clock, history)
+        stack.callback(autopilot.close)
+        rooms = Rooms(
+            clock=clock,
+            mission=mission,
+            mission_digest=hashlib.sha256(wish.mission.read_bytes()).hexdigest()[:12],
+            vehicle=vehicle,
+            profile=profile,
+            limits=limits_of(vehicle, profile),
+            autopilot=autopilot,
+            planner=planner,
+            supervisor=supervisor,
+            target_filter=TargetFilter(),
+            team=team,
+            journal=journal,
+            heartbeat=heartbeat,
+            boundary=mission.boundary.as_boundary(),
+            surveyed=surveyed_obstacles(mission),
+        )
+        journal.event("info", "recording", str(recorder.path))
+        try:
+            journal.event("info", "autopilot", await autopilot.connect())
+        except FlightError as error:
+            journal.event("error", "fault", str(error))
+            journal.phase("done", str(error), Outcome.FAULT.value)
+            raise
+        yield Opened(rooms, clock, history, recorder)
+
+
+@asynccontextmanager
+async def running_loop(opened: Opened, on_command: Callable[[Command], tuple[bool, str]]) -> AsyncIterator[ControlLoop]:
+    """The control loop, and perception where the vehicle has a camera, while the context lasts."""
+    rooms = opened.rooms
+    loop = ControlLoop(rooms, on_command)
+    async with AsyncExitStack() as stack:
+        if rooms.vehicle.camera and rooms.profile.camera.source != "none":
+            loop.perception = build_perception(
+                rooms.vehicle, rooms.profile, opened.clock, opened.history, loop.wake_from_thread, opened.recorder
+            )
+            stack.callback(loop.perception.stop)
+            loop.perception.start()
+        gc.collect()
+        gc.freeze()
+        task = asyncio.create_task(loop.run(), name="control loop")
+        try:
+            yield loop
+        finally:
+            await _publish_the_end(loop)
+            task.cancel()
+            with suppress(asyncio.CancelledError):
+                await task
+            rooms.autopilot.close()  # The deadman watches until MAVSDK, and with it its repeats, is gone.
+            rooms.heartbeat.beat(active=False)
+
+
+async def _publish_the_end(loop: ControlLoop) -> None:
+    """A few more ticks, so that the others hear the last state."""
+    ticks = loop.ticks
+    with suppress(TimeoutError):
+        async with asyncio.timeout(1.0):
+            while loop.ticks < ticks + 5:
+                await asyncio.sleep(0.02)
