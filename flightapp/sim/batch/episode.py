@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from flightapp.sim.batch.setup import lay_out
 from flightapp.sim.batch.target_sight import TargetSight
 from flightapp.sim.batch.team_link import TeamLink
 from flightapp.sim.batch.world import World
+
+if TYPE_CHECKING:
+    from flightapp.sim.batch.depth_sensing import DepthSensing
 
 FIRST_MODE = "hold"
 
@@ -86,6 +89,15 @@ def _timed(planner: Planner, observation: Observation) -> tuple[Decision, int]:
     return decision, monotonic_ns() - began_ns
 
 
+def _depth_sensing(scenario: Scenario, world: World, stream: int) -> DepthSensing | None:
+    """Loaded only where it is wanted: renderer and perception double the time that the import takes."""
+    if scenario.sensing.kind != "depth":
+        return None
+    from flightapp.sim.batch.depth_sensing import DepthSensing
+
+    return DepthSensing(scenario, world, stream)
+
+
 class _Flight:
     """The loop and what it keeps."""
 
@@ -105,6 +117,7 @@ class _Flight:
             return key(scenario.family, seed, of)
 
         self._world = World(scenario, layout, stream(Stream.WIND), stream(Stream.SENSING))
+        self._cameras = _depth_sensing(scenario, self._world, stream(Stream.SENSING))
         self._link = TeamLink(scenario, stream(Stream.MESSAGES))
         self._sight = TargetSight(scenario, stream(Stream.TARGET))
         target = scenario.target
@@ -132,6 +145,8 @@ class _Flight:
             teams = self._link.teams(tick, states, modes, etas)
             seen = world.obstacles(tick)
             target = self._target(tick, t_s, states[-1], covariance)
+            if self._cameras is not None:
+                seen[:-1] = self._cameras.obstacles(tick, teams, target)
             observations = [
                 Observation(t_s, period_s, states[i], teams[i], target, seen[i], boundary) for i in range(self._count)
             ]

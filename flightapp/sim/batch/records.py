@@ -158,6 +158,8 @@ def sensor_records(scenario: Scenario) -> Records:
     sensing = scenario.sensing
     sensors = np.zeros(scenario.pursuers.count + 1, SENSOR)
     sensors["range"], sensors["half_view"] = sensing.range_m, math.radians(sensing.field_of_view_deg) / 2.0
+    if sensing.kind == "depth":
+        sensors["range"], sensors["half_view"] = sensing.camera.range_max_m, sensing.camera.field_of_view_rad / 2.0
     sensors["occlusion"], sensors["sees_vehicles"] = sensing.occlusion, sensing.sees_vehicles
     sensors["latency_steps"] = round(sensing.latency_s / scenario.sub_step_s)
     sensors["position_noise"], sensors["radius_noise"] = sensing.position_noise_m, sensing.radius_noise_m

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import BaseModel, Field, field_validator, model_validator
 
 from flightapp.config.loading import Strict, read_toml, validate
 from flightapp.config.parameter_files import beside
@@ -15,13 +15,17 @@ from flightapp.core.errors import InputError
 from flightapp.core.types import Limits
 from flightapp.planning.capture import CaptureRule
 from flightapp.planning.registry import planner_names
+from flightapp.sim.batch.depth_camera import DepthCamera
 from flightapp.sim.batch.families.dense import DenseLayout
 from flightapp.sim.batch.families.layout import FamilyLayout
 from flightapp.sim.batch.families.suburban import SuburbanLayout
 from flightapp.sim.batch.families.terminal import TerminalLayout
 from flightapp.sim.batch.families.u_trap import UTrapLayout
+from perception.parameters import PerceptionParameters
 
 CLIMB_RATE_MAX_M_S = 2.0
+OF_DEPTH = ("camera", "perception")
+OF_IDEAL = ("range_m", "field_of_view_deg", "occlusion", "position_noise_m", "radius_noise_m", "sees_vehicles")
 
 
 class Vehicle(Strict):
@@ -83,18 +87,38 @@ class Evader(Vehicle):
 class Sensing(Strict):
     """How each pursuer sees obstacles; the default is ideal within its range."""
 
+    kind: Literal["ideal", "depth"] = "ideal"
+    """`ideal`: the layout's discs with the flaws below; `depth`: rendered frames of `camera` through the real perception."""
+    camera: DepthCamera = DepthCamera()
+    """Of kind `depth` only."""
+    perception: PerceptionParameters = PerceptionParameters()
+    """Of kind `depth` only: as in a profile."""
+    latency_s: float = Field(default=0.0, ge=0, le=2)
+    """Age of what is seen; rounded to sub-steps."""
     range_m: float = Field(default=15.0, gt=0)
     """To the nearest point of a disc."""
     field_of_view_deg: float = Field(default=360.0, gt=0, le=360)
     occlusion: bool = False
     """Discs hidden behind nearer ones are not seen."""
-    latency_s: float = Field(default=0.0, ge=0, le=2)
-    """Age of what is seen; rounded to sub-steps."""
     position_noise_m: float = Field(default=0.0, ge=0)
     """Standard deviation a axis, anew for each disc and control period."""
     radius_noise_m: float = Field(default=0.0, ge=0)
     sees_vehicles: bool = False
     """Other vehicles appear as discs, too."""
+
+    @model_validator(mode="after")
+    def _is_of_one_kind(self) -> Sensing:
+        foreign, instead = (
+            (OF_DEPTH, "kind = 'ideal' has no camera; set kind = 'depth' or leave this out")
+            if self.kind == "ideal"
+            else (OF_IDEAL, "kind = 'depth' sees what sensing.camera shows; leave this out")
+        )
+        for name in foreign:
+            value = getattr(self, name)
+            if value != Sensing.model_fields[name].default:
+                shown = "" if isinstance(value, BaseModel) else f" = {value}"
+                raise ValueError(f"{name}{shown}: {instead}")
+        return self
 
 
 class Target(Strict):
@@ -195,6 +219,9 @@ class Scenario(Strict):
             raise ValueError(
                 f"sub_step_s = {self.sub_step_s}: control_period_s = {self.control_period_s} must be a multiple of it"
             )
+        if self.sensing.kind == "depth" and self.sensing.camera.rate_hz * self.sub_step_s > 1.0 + 1e-9:
+            rate_hz, fastest_hz = self.sensing.camera.rate_hz, 1.0 / self.sub_step_s
+            raise ValueError(f"sensing.camera.rate_hz = {rate_hz}: at most {fastest_hz:g}, one frame each sub_step_s")
         if self.wind.blows and self.pursuers.model == "unicycle":
             raise ValueError("wind: pursuers.model = 'unicycle' does not feel wind; set it to 'multirotor' or leave the wind out")
         return self

@@ -34,10 +34,12 @@ class World:
         self._frames = frame_records(scenario)
         self._sensors = sensor_records(scenario)
         area = layout.area
-        self._area = np.array((area.north_min_m, area.north_max_m, area.east_min_m, area.east_max_m))
+        self.area = np.array((area.north_min_m, area.north_max_m, area.east_min_m, area.east_max_m))
         self._sides = np.array([[*a, *b] for a, b in segments(layout.boundary)])
         count, rows = len(self.vehicles), len(self.discs) + len(self.vehicles)
         latest = max(int(self._sensors["latency_steps"].max()), int(self.record["target_latency_steps"][0]))
+        if scenario.sensing.kind == "depth":
+            latest += 2 * scenario.sub_steps  # frames of the last control period, with the acceleration that led to them
         self.poses = np.zeros((latest + 1, count, 5))
         delay = int(self._frames["delay_steps"].max())
         self._commands = np.zeros((count, math.ceil(delay / scenario.sub_steps) + 1, 3))
@@ -66,7 +68,7 @@ class World:
             self._sensors,
             self._frames,
             self.discs,
-            self._area,
+            self.area,
             self.poses,
             self._views,
             self._found,
@@ -99,7 +101,7 @@ class World:
             self._frames,
             self._commands,
             self.discs,
-            self._area,
+            self.area,
             self._sides,
             self.poses,
             self._near,
