@@ -1,4 +1,4 @@
-"""From the simulated world to a depth frame, and from a depth frame to discs, on a flight through the mission's obstacles."""
+"""From a depth frame to discs; beside it, plain NumPy and the RealSense SDK on the same frames; and rendering a frame."""
 
 from __future__ import annotations
 
@@ -7,67 +7,72 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flightapp.bench.depth_flight import FRAMES, DepthFlight, Shot, depth_flight, pose_at, renderer_of, wood_between_walls
 from flightapp.bench.measurement import Measurement, Work, measure
-from flightapp.bench.situation import HEIGHT_M, straight
+from flightapp.bench.realsense_sdk import sdk_measurement
 from flightapp.config.mission import Mission, Vehicle
 from flightapp.config.profile import Profile
-from flightapp.sim.camera import intrinsics_of
 from flightapp.sim.world import World
 from perception.geometry import camera_pose
 from perception.pipeline import PerceptionPipeline
-from perception.synthetic.depth_renderer import DEPTH_UNIT_M, DepthRenderer
-from perception.types import DepthFrame, VehiclePose
 
-PERCEPTION_AIM_MS = 3.0
-FRAMES = 60
+PLAIN, RICH = "perception, frame to tracked discs", "perception, the same in a wood between walls"
+NUMPY_ROW = "NumPy, the whole frame in float64"
+PERCEPTION_AIM_MS = 2.0
 CELL_M = 0.1
-
-Shot = tuple[DepthFrame, VehiclePose]
 
 
 def camera_measurements(mission: Mission, profile: Profile, vehicle: Vehicle, seconds: float) -> list[Measurement]:
-    """Rendering a frame, and perceiving it; `seconds` for both."""
-    camera, intrinsics = profile.camera, intrinsics_of(profile.camera)
-    renderer = DepthRenderer(World(mission.obstacles), intrinsics, range_min_m=camera.range_min_m)
-    pipeline = PerceptionPipeline(
+    """Perceiving a frame among the mission's obstacles and in a wood, the references on the wood's frames, rendering.
+
+    `seconds` for all. Without the row of the SDK where that cannot be imported.
+    """
+    camera, start = profile.camera, vehicle.start
+    world = World(mission.obstacles)
+    wood = depth_flight(wood_between_walls(), camera, 0.0, 0.0)
+    plain = _perceiving(PLAIN, profile, depth_flight(world, camera, start.north_m, start.east_m), -start.ground_height_m, seconds)
+    rich = _perceiving(RICH, profile, wood, 0.0, seconds)
+    numpy = measure(
+        Work(NUMPY_ROW, wood.shot, lambda shot: _naive(shot, camera_pose(shot[1], camera.mounting).rotation)), 0.15 * seconds
+    )
+    sdk = sdk_measurement(wood, 0.15 * seconds)
+    rich = replace(
+        rich,
+        faster_by=numpy.cpu_ms.p50 / rich.cpu_ms.p50,
+        sdk_ratio=None if sdk is None else sdk.cpu_ms.p50 / rich.cpu_ms.p50,
+    )
+    renderer = renderer_of(world, camera)
+    rendering = measure(
+        Work(
+            "simulation, depth render",
+            lambda k: camera_pose(pose_at(k % FRAMES, start.north_m, start.east_m), camera.mounting),
+            lambda pose: renderer.render(pose, 0),
+        ),
+        0.1 * seconds,
+    )
+    return [plain, rich, numpy, *([] if sdk is None else [sdk]), rendering]
+
+
+def pipeline_of(profile: Profile, ground_down_m: float) -> PerceptionPipeline:
+    """As in flight."""
+    camera = profile.camera
+    return PerceptionPipeline(
         profile.perception,
         camera.mounting,
-        ground_down_m=-vehicle.start.ground_height_m,
         range_min_m=camera.range_min_m,
         range_max_m=camera.range_max_m,
+        ground_down_m=ground_down_m,
     )
 
-    def shoot(k: int) -> Shot:
-        pose = _pose(k, vehicle)
-        depth = renderer.render(camera_pose(pose, camera.mounting), k)
-        return DepthFrame(straight(k).t_s, k, depth, DEPTH_UNIT_M, intrinsics), pose
+
+def _perceiving(name: str, profile: Profile, flight: DepthFlight, ground_down_m: float, seconds: float) -> Measurement:
+    pipeline = pipeline_of(profile, ground_down_m)
 
     def perceive(shot: Shot) -> None:
         if events := pipeline.process(*shot).events:
             raise RuntimeError(f"the frame was refused, this would measure something else: {events[0]}")
 
-    rendering = measure(
-        Work(
-            "simulation, depth render",
-            lambda k: camera_pose(_pose(k, vehicle), camera.mounting),
-            lambda pose: renderer.render(pose, 0),
-        ),
-        0.2 * seconds,
-    )
-    perception = measure(Work("perception, frame to discs", shoot, perceive, PERCEPTION_AIM_MS), 0.6 * seconds)
-    naive = measure(
-        Work("whole frame in float64", shoot, lambda shot: _naive(shot, camera_pose(shot[1], camera.mounting).rotation)),
-        0.2 * seconds,
-    )
-    return [replace(perception, faster_by=naive.cpu_ms.p50 / perception.cpu_ms.p50), rendering]
-
-
-def _pose(k: int, vehicle: Vehicle) -> VehiclePose:
-    """Where the vehicle is in frame `k`: again and again along the first 6 m of its way north, pitching."""
-    state = straight(k % FRAMES)
-    north = vehicle.start.north_m + float(state.position_ned_m[0])
-    pitch = -0.1 + 0.05 * ((k % 20) / 20.0)
-    return VehiclePose((north, vehicle.start.east_m, -HEIGHT_M), (3.0, 0.0, 0.0), 0.05, pitch, 0.0)
+    return measure(Work(name, flight.shot, perceive, PERCEPTION_AIM_MS, warm_up=FRAMES), 0.3 * seconds)
 
 
 def _naive(shot: Shot, rotation: NDArray[np.float64]) -> NDArray[np.float64]:

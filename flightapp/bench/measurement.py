@@ -52,7 +52,7 @@ class Measurement:
     """Times of one piece of work.
 
     faster_by: median CPU time of its plain reference over its own, where there is one. orca_ratio: the same, of a decision of
-    ORCA.
+    ORCA. sdk_ratio: the same, of the RealSense SDK's decimation and point cloud.
     """
 
     name: str
@@ -62,6 +62,7 @@ class Measurement:
     aim_ms: float | None
     faster_by: float | None = None
     orca_ratio: float | None = None
+    sdk_ratio: float | None = None
 
     @property
     def verdict(self) -> str:

@@ -15,7 +15,9 @@ from flightapp.bench.measurement import Measurement
 from flightapp.bench.memory import memory_use
 from flightapp.bench.orca import ORCA_DECISION, orca_measurements
 from flightapp.bench.output import fleet_measurement, recorder_measurement
+from flightapp.bench.perception_load import perception_load
 from flightapp.bench.planner import DECISIONS, planner_measurements
+from flightapp.bench.realsense_sdk import SDK_ROW
 from flightapp.bench.safety import supervisor_measurement
 from flightapp.bench.simulator import simulator_throughput
 from flightapp.config.mission import Mission, Vehicle, load_mission
@@ -25,15 +27,18 @@ from flightapp.core.types import Limits
 from flightapp.runtime.composition import limits_of
 
 NO_PYRVO = "pyrvo is not installed; it is in the extra 'dev'"
+NO_SDK = "pyrealsense2 cannot be imported; it is in the extra 'realsense' and needs libusb-1.0-0"
+STEPS_A_FRAME = 4
+"""Perception takes longer than a decision: it gets this much fewer frames than the planner gets steps."""
 
 
 def run_bench(mission: Path, profile: Path, scenario: Path, seconds: float = 20.0, steps: int = 20_000) -> dict[str, object]:
-    """Measure for about `seconds`, and then memory over `steps` decisions.
+    """Measure for about `seconds`, and then memory over `steps` decisions and a fourth as many depth frames.
 
     With the obstacles of `mission`, the limits and camera of `profile`, and the fast simulation of `scenario`. Returns the
     machine; for each measurement name, repetitions, wall_ms and cpu_ms (p50, p99, max), aim_ms (of the 99th percentile) with
-    its verdict, how many times faster it is than its plain reference and than ORCA; what could not be measured and why;
-    the simulator's rate; memory.
+    its verdict, how many times faster it is than its plain reference, than ORCA and than the RealSense SDK's first steps; what
+    could not be measured and why; the simulator's rate; perception's rate and memory; the planner's memory.
     """
     loaded, hardware = load_mission(mission), load_profile(profile)
     vehicle = next((one for one in loaded.vehicles if one.role == "pursuer"), None)
@@ -60,18 +65,24 @@ def _measured(
 ) -> dict[str, object]:
     before = machine()
     decisions, missing = _decisions(limits, 0.4 * seconds)
+    depth = camera_measurements(loaded, hardware, vehicle, 0.25 * seconds)
+    if SDK_ROW not in {one.name for one in depth}:
+        missing.append({"name": SDK_ROW, "why": NO_SDK})
     measurements = [
         *decisions,
-        *camera_measurements(loaded, hardware, vehicle, 0.25 * seconds),
+        *depth,
         supervisor_measurement(loaded, hardware, vehicle, limits, 0.1 * seconds),
         recorder_measurement(limits, 0.1 * seconds),
         fleet_measurement(0.05 * seconds),
     ]
+    frame_rate, frame_memory = perception_load(hardware, steps // STEPS_A_FRAME)
     return {
         "machine": before,
         "measurements": [_plain(one) for one in measurements],
         "not_measured": missing,
         "simulator": _plain(simulator_throughput(scenario, 0.1 * seconds)),
+        "frame_rate": _plain(frame_rate),
+        "frame_memory": _plain(frame_memory),
         "memory": _plain(memory_use(limits, steps)),
     }
 

@@ -8,14 +8,21 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from flightapp.bench import run_bench
+from flightapp.bench.camera import NUMPY_ROW, PLAIN, RICH, pipeline_of
+from flightapp.bench.depth_flight import FRAMES, DepthFlight, depth_flight, wood_between_walls
 from flightapp.bench.measurement import REPETITIONS_MIN, Measurement, Percentiles, Work, measure
 from flightapp.bench.memory import MemoryUse
 from flightapp.bench.orca import orca_measurements
+from flightapp.bench.perception_load import FRAMES_AN_HOUR, FrameMemory, FrameRate
+from flightapp.bench.realsense_sdk import SDK_ROW, sdk_measurement
+from flightapp.bench.run import NO_SDK
 from flightapp.bench.simulator import Throughput
 from flightapp.bench.table import print_bench
+from flightapp.config.profile import load_profile
 from flightapp.core.types import Limits
 
 ROOT = Path(__file__).parents[2]
@@ -27,19 +34,27 @@ NAMES = [
     "planner, fine step",
     "planner, fine evaluation, 441 samples",
     *ORCA,
-    "perception, frame to discs",
+    PLAIN,
+    RICH,
+    NUMPY_ROW,
+    SDK_ROW,
     "simulation, depth render",
     "supervisor, check with 40 discs",
     "recorder, five messages of a tick",
     "fleet state, encode and decode",
 ]
-COMPARED = {"planner, fine step", "planner, fine evaluation, 441 samples", "perception, frame to discs"}
-AIMS_MS = {"planner, coarse step": 0.05, "planner, fine step": 0.25, "perception, frame to discs": 3.0}
+COMPARED = {"planner, fine step", "planner, fine evaluation, 441 samples", RICH}
+AIMS_MS = {"planner, coarse step": 0.05, "planner, fine step": 0.25, PLAIN: 2.0, RICH: 2.0}
 
 
 @pytest.fixture(scope="module")
 def result() -> dict[str, Any]:
     return run_bench(ROOT / "missions/demo_two_pursuers.toml", ROOT / "profiles/sim.toml", SCENARIO, 0.5, STEPS)
+
+
+@pytest.fixture(scope="module")
+def flight() -> DepthFlight:
+    return depth_flight(wood_between_walls(), load_profile(ROOT / "profiles/sim.toml").camera, 0.0, 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +77,9 @@ def test_everything_is_measured_in_wall_and_cpu_time(result: dict[str, Any]) -> 
         assert bool(one["verdict"]) == (one["name"] in AIMS_MS)
     assert {one["name"] for one in result["measurements"] if one["faster_by"] is not None} == COMPARED
     assert {one["name"] for one in result["measurements"] if one["orca_ratio"] is not None} == {NAMES[0], NAMES[1]}
-    ratios = [one[kind] for one in result["measurements"] for kind in ("faster_by", "orca_ratio") if one[kind] is not None]
+    assert {one["name"] for one in result["measurements"] if one["sdk_ratio"] is not None} == {RICH}
+    kinds = ("faster_by", "orca_ratio", "sdk_ratio")
+    ratios = [one[kind] for one in result["measurements"] for kind in kinds if one[kind] is not None]
     assert all(math.isfinite(ratio) and ratio > 0.0 for ratio in ratios)
 
 
@@ -80,6 +97,67 @@ def test_without_pyrvo_its_row_says_so(
     text = capsys.readouterr().out
     assert "not measured" in text
     assert "pyrvo is not installed" in text
+
+
+def test_without_the_realsense_sdk_its_row_says_so(
+    result: dict[str, Any], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyrealsense2", None)
+    assert sdk_measurement(DepthFlight(()), 0.1) is None
+    rows = [{**one, "sdk_ratio": None} for one in result["measurements"] if one["name"] not in (SDK_ROW, *ORCA)]
+    missing = [{"name": SDK_ROW, "why": NO_SDK}, {"name": ORCA[1], "why": "pyrvo is not installed"}]
+    print_bench({**result, "measurements": rows, "not_measured": missing})
+    text = capsys.readouterr().out
+    assert text.count("not measured") == 2
+    assert "pyrealsense2 cannot be imported" in text
+    assert "pyrvo is not installed" in text
+
+
+def test_perception_is_compared_on_the_same_frames(result: dict[str, Any]) -> None:
+    p50 = {one["name"]: one["cpu_ms"]["p50"] for one in result["measurements"]}
+    rich = next(one for one in result["measurements"] if one["name"] == RICH)
+    assert rich["sdk_ratio"] == pytest.approx(p50[SDK_ROW] / p50[RICH])
+    assert rich["faster_by"] == pytest.approx(p50[NUMPY_ROW] / p50[RICH])
+
+
+def test_a_long_flight_of_perception_is_measured(result: dict[str, Any]) -> None:
+    rate, memory = result["frame_rate"], result["frame_memory"]
+    assert rate["frames"] == memory["frames"] == STEPS // 4
+    assert rate["aim"] == 90.0
+    assert rate["frames_per_cpu_s"] > 0.0
+    assert rate["frames_per_s"] > 0.0
+    assert memory["before_mib"] > 10.0
+    assert memory["hour_mib"] == pytest.approx(memory["slope_bytes_per_frame"] * FRAMES_AN_HOUR / 2**20)
+
+
+@pytest.mark.parametrize(
+    ("wall", "cpu", "verdict"), [(91.0, 92.0, "met"), (60.0, 92.0, "met in CPU time"), (60.0, 80.0, "missed")]
+)
+def test_the_verdict_on_the_frame_rate(wall: float, cpu: float, verdict: str) -> None:
+    assert FrameRate(100, wall, cpu).verdict == verdict
+
+
+@pytest.mark.parametrize(("after_mib", "verdict"), [(100.9, "flat"), (101.1, "grows")])
+def test_perception_that_takes_ever_more_memory_is_called_so(after_mib: float, verdict: str) -> None:
+    assert FrameMemory(1000, 90.0, 100.0, after_mib, 0.0, 0.0).verdict == verdict
+
+
+def test_the_measured_flight_is_one_way_and_the_same_way_back(flight: DepthFlight) -> None:
+    norths = [flight.shot(k)[1].position_ned_m[0] for k in range(2 * FRAMES + 1)]
+    steps = np.diff(norths)
+    assert np.abs(steps).max() == pytest.approx(0.1)  # 3 m/s at 30 Hz: never a jump
+    assert norths[0] == norths[2 * FRAMES - 1] == norths[2 * FRAMES]
+    for k, (there, back) in enumerate(((0, 2 * FRAMES - 1), (10, 2 * FRAMES - 11))):
+        np.testing.assert_array_equal(flight.shot(there)[0].depth, flight.shot(back)[0].depth, err_msg=str(k))
+    times = [flight.shot(k)[0].t_s for k in range(2 * FRAMES)]
+    np.testing.assert_allclose(np.diff(times), 1 / 30)
+
+
+def test_the_wood_is_rich_and_every_frame_of_it_is_used(flight: DepthFlight) -> None:
+    pipeline = pipeline_of(load_profile(ROOT / "profiles/sim.toml"), 0.0)
+    seen = [pipeline.process(*flight.shot(k)) for k in range(FRAMES)]
+    assert not [found.events for found in seen if found.events]
+    assert min(len(found.discs) for found in seen) >= 20
 
 
 def test_the_simulator_and_memory_are_measured(result: dict[str, Any]) -> None:
