@@ -121,7 +121,8 @@ class Supervisor:
         bounds: list[VelocityBound] = []
         if self._separation is not None:
             rules = self._separation.rules(wish, context)
-            wish = self._separation.give_way(wish, rules)
+            backing_off = self._separation.escape(wish, rules, context)
+            wish = self._separation.give_way(wish, rules) if backing_off is None else backing_off
             speed_max = self._speed.speed_max_m_s(context)
             bounds = [rule.bound for rule in rules if rule.bound.bound_m_s < speed_max]
         speed = math.hypot(*wish)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from typing import NamedTuple
 
 from flightapp.core.clearance import miss_m
 from flightapp.core.types import Array, Setpoint, TeamMember
 from flightapp.safety.api import GuardVerdict, SafetyContext
 from flightapp.safety.braking import horizontal_braking
+from flightapp.safety.escape import Escape, Rule
 from flightapp.safety.guards.spatial import check_alone
 from flightapp.safety.parameters import SafetyParameters
 from flightapp.safety.velocity_bounds import Planar, VelocityBound, project
@@ -20,14 +20,6 @@ ACTUAL_WEIGHT = 20.0
 SIDESTEP_GAP_M = 2.0
 SIDESTEP_SPEED_M_S = 1.5
 HIGHER_NAME_SHARE = 0.5
-
-
-class Rule(NamedTuple):
-    """What one teammate asks: the bound, the gap left to the distance to keep, the own share of the sidestep."""
-
-    bound: VelocityBound
-    gap_m: float
-    share: float
 
 
 class SeparationGuard:
@@ -46,6 +38,9 @@ class SeparationGuard:
     - Keep right: what the bound takes away within 2 m of that distance is turned to the right hand, at most 1.5 m/s, and the
       speed does not grow. Both turn the same way round each other, so they pass and never mirror one another. The lower name
       gives way with all of it, the higher with half: it must also do so, because the other may stand or not know about it.
+    - Where there is no room to pass that way, `Escape` makes one of the two yield, the lower name first.
+
+    Not promised: the distance from a vehicle that hunts this one as fast as it can fly, when this one alone gives way.
     """
 
     name = "separation"
@@ -54,6 +49,7 @@ class SeparationGuard:
         """Keep apart from `names`; from everyone in the team where it is None."""
         self._parameters = parameters
         self._names = None if names is None else frozenset(names)
+        self._escape = Escape()
 
     def check(self, setpoint: Setpoint, context: SafetyContext) -> GuardVerdict:
         return check_alone(self, setpoint, context)
@@ -67,16 +63,24 @@ class SeparationGuard:
         for bound, gap_m, share in rules:
             taken = min(bound.excess_m_s(wish), bound.north * wish[0] + bound.east * wish[1], SIDESTEP_SPEED_M_S)
             if taken > 0.0:
-                step = taken * share * min(1.0, max(0.0, 1.0 - gap_m / SIDESTEP_GAP_M))
+                step = taken * share * min(1.0, max(0.0, 1.0 - gap_m / SIDESTEP_GAP_M)) * self._escape.hand(bound.what)
                 step_north -= step * bound.east
                 step_east += step * bound.north
         if step_north == 0.0 and step_east == 0.0:
             return wish
         speed = math.hypot(*wish)
         north, east = project(wish, [rule.bound for rule in rules], speed)
+        for bound, _, _ in rules:
+            rightwards = north * -bound.east + east * bound.north
+            if self._escape.hand(bound.what) < 0.0 and rightwards > 0.0:
+                north, east = north + rightwards * bound.east, east - rightwards * bound.north
         north, east = north + step_north, east + step_east
         scale = min(1.0, speed / max(math.hypot(north, east), 1e-12))
         return north * scale, east * scale
+
+    def escape(self, wish: Planar, rules: Sequence[Rule], context: SafetyContext) -> Planar | None:
+        """The velocity at which to back off, where this vehicle is the one to yield; to be called once a period."""
+        return self._escape.velocity(wish, rules, context)
 
     def rules(self, wish: Planar, context: SafetyContext) -> list[Rule]:
         """One rule for each teammate that counts for a vehicle that wants to fly at `wish` (m/s)."""
@@ -108,7 +112,8 @@ class SeparationGuard:
         to_n, to_e = (offset[0] / distance, offset[1] / distance) if distance > 1e-6 else ((-1.0, 0.0) if lower else (1.0, 0.0))
         widest = math.acos(min(1.0, keep / max(distance, keep)))
         best, least = None, math.inf
-        for side in (0.0,) if stale or widest == 0.0 else TANGENT_SHARES:
+        straight = stale or widest == 0.0 or self._escape.is_narrow(member.name)
+        for side in (0.0,) if straight else TANGENT_SHARES:
             cosine, sine = math.cos(side * widest), math.sin(side * widest)
             n, e = to_n * cosine - to_e * sine, to_n * sine + to_e * cosine
             gap = distance * cosine - keep
