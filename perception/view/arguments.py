@@ -30,9 +30,9 @@ _EXAMPLES = """examples:
 
 @dataclass(frozen=True, slots=True)
 class ViewOptions:
-    """Checked options. intrinsics: (fx, fy, cx, cy) in pixels. memory: None means on for streams, off for pictures.
+    """Checked options; None where nothing was said. intrinsics: (fx, fy, cx, cy) in pixels.
 
-    exclude: (k, 3) north_m, east_m, radius_m of circles in which nothing counts. still_hz: rate of a folder of images.
+    exclude: (k, 3) north_m, east_m, radius_m of circles in which nothing counts.
     """
 
     source: str
@@ -51,33 +51,28 @@ class ViewOptions:
     every: int
     real_time: bool
     memory: bool | None
-    height_m: float
+    height_m: float | None
     pitch_rad: float
     roll_rad: float
-    ground_down_m: float
+    ground_down_m: float | None
     exclude: NDArray[np.float64]
     parameters: PerceptionParameters
-    mounting: CameraMounting
-    range_min_m: float
-    range_max_m: float
-    view_range_m: float
+    has_profile: bool
+    band_m: float | None
+    mounting: CameraMounting | None
+    range_min_m: float | None
+    range_max_m: float | None
+    view_range_m: float | None
 
 
 def parse(arguments: Sequence[str] | None = None) -> ViewOptions:
     """PerceptionInputError names the option, the value and what would be right; a wrong spelling exits with status 2."""
     given = _parser().parse_args(arguments)
     parameters, mounting, camera = _profile(given.profile)
-    band_m = _positive("--band-m", given.band_m) if given.band_m is not None else None
-    changes = {"band_m": band_m, "stride_px": given.stride_px}
-    if given.profile is None:
-        changes["band_m"] = band_m if band_m is not None else _BAND_M
-    range_min_m = camera.get("range_min_m", 0.3) if given.range_min_m is None else given.range_min_m
-    range_max_m = camera.get("range_max_m", 10.0) if given.range_max_m is None else given.range_max_m
-    _positive("--range-max-m", range_max_m)
-    if not 0 <= range_min_m < range_max_m:
-        raise PerceptionInputError(
-            f"--range-min-m = {range_min_m}: at least 0 and less than --range-max-m = {range_max_m} is wanted"
-        )
+    if given.stride_px is not None:
+        parameters = parameters.model_copy(update={"stride_px": given.stride_px})
+    range_min_m = camera.get("range_min_m") if given.range_min_m is None else given.range_min_m
+    range_max_m = camera.get("range_max_m") if given.range_max_m is None else given.range_max_m
     if given.video is not None and given.video.suffix.lower() != ".mp4":
         raise PerceptionInputError(f"--video = '{given.video}': a name that ends in .mp4 is wanted")
     return ViewOptions(
@@ -97,21 +92,21 @@ def parse(arguments: Sequence[str] | None = None) -> ViewOptions:
         every=int(_between("--every", given.every, 1, math.inf)),
         real_time=given.real_time or given.serve is not None,
         memory=given.memory,
-        height_m=_positive("--height-m", given.height_m),
+        height_m=None if given.height_m is None else _positive("--height-m", given.height_m),
         pitch_rad=math.radians(_between("--pitch-deg", given.pitch_deg, -60, 60)),
         roll_rad=math.radians(_between("--roll-deg", given.roll_deg, -60, 60)),
-        ground_down_m=_between("--ground-down-m", given.ground_down_m, -10_000, 10_000),
+        ground_down_m=(
+            None if given.ground_down_m is None else _between("--ground-down-m", given.ground_down_m, -10_000, 10_000)
+        ),
         exclude=_circles(given.exclude),
-        parameters=parameters.model_copy(update={name: value for name, value in changes.items() if value is not None}),
+        parameters=parameters,
+        has_profile=given.profile is not None,
+        band_m=None if given.band_m is None else _positive("--band-m", given.band_m),
         mounting=mounting,
-        range_min_m=range_min_m,
-        range_max_m=range_max_m,
-        view_range_m=range_max_m if given.view_range_m is None else _between("--view-range-m", given.view_range_m, 1, 100),
+        range_min_m=None if range_min_m is None else _between("--range-min-m", range_min_m, 0, 100),
+        range_max_m=None if range_max_m is None else _positive("--range-max-m", range_max_m),
+        view_range_m=None if given.view_range_m is None else _between("--view-range-m", given.view_range_m, 1, 100),
     )
-
-
-_BAND_M = 0.3
-"""Without a profile: what a small robot or a hand-held camera could hit, instead of the metre of a vehicle in flight."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -144,20 +139,20 @@ def _parser() -> argparse.ArgumentParser:
     camera.add_argument("--rate-hz", type=float, metavar="HZ", help="of a camera (30), or of a folder of images (1)")
     camera.add_argument("--depth-unit-m", type=float, default=0.001, metavar="M", help="metres a count of a PNG (%(default)s)")
     camera.add_argument("--vehicle", metavar="NAME", help="whose frames to take from a recording of several vehicles")
-    camera.add_argument("--profile", type=Path, metavar="FILE", help="mounting, range and parameters from a vehicle's profile")
-    camera.add_argument("--range-min-m", type=float, metavar="M", help="nearer depths are not believed (0.3)")
-    camera.add_argument("--range-max-m", type=float, metavar="M", help="further depths are not believed (10)")
+    camera.add_argument("--profile", type=Path, metavar="FILE", help="mounting, range and parameters of a vehicle")
+    camera.add_argument("--range-min-m", type=float, metavar="M", help="nearer depths do not count (as recorded, or 0.3)")
+    camera.add_argument("--range-max-m", type=float, metavar="M", help="further depths do not count (as recorded, or 10)")
     camera.add_argument("--real-time", action="store_true", help="recordings at the pace at which they were taken")
     pose = parser.add_argument_group("where it is, for frames that come without a pose: level, looking north")
-    pose.add_argument("--height-m", type=float, default=1.0, metavar="M", help="height above the floor (%(default)s)")
+    pose.add_argument("--height-m", type=float, metavar="M", help="height above the floor, which then is no obstacle (unknown)")
     pose.add_argument("--pitch-deg", type=float, default=0.0, metavar="DEG", help="positive looks up (%(default)s)")
     pose.add_argument("--roll-deg", type=float, default=0.0, metavar="DEG", help="positive: right side down (%(default)s)")
-    pose.add_argument(
-        "--ground-down-m", type=float, default=0.0, metavar="M", help="the ground, in the frame of recorded poses (%(default)s)"
-    )
+    pose.add_argument("--ground-down-m", type=float, metavar="M", help="the ground, in the frame of recorded poses (0)")
     work = parser.add_argument_group("perception")
     work.add_argument("--memory", action=argparse.BooleanOptionalAction, help="on for streams, off for separate images")
-    work.add_argument("--band-m", type=float, metavar="M", help=f"obstacles count this much above and below ({_BAND_M})")
+    work.add_argument(
+        "--band-m", type=float, metavar="M", help="obstacles count this much above and below (in flight 1, else 0.3)"
+    )
     work.add_argument("--stride-px", type=int, choices=range(1, 9), metavar="1-8", help="use every n-th pixel")
     work.add_argument(
         "--exclude", action="append", default=[], metavar="N,E,R", help="nothing counts in this circle; may be repeated"
@@ -213,10 +208,10 @@ def _circles(texts: Sequence[str]) -> NDArray[np.float64]:
     return circles
 
 
-def _profile(path: Path | None) -> tuple[PerceptionParameters, CameraMounting, dict[str, float]]:
+def _profile(path: Path | None) -> tuple[PerceptionParameters, CameraMounting | None, dict[str, float]]:
     """What a vehicle's profile says about perception: [perception], [camera.mounting], and the ranges in [camera]."""
     if path is None:
-        return PerceptionParameters(), CameraMounting(), {}
+        return PerceptionParameters(), None, {}
     try:
         with path.open("rb") as file:
             tables = tomllib.load(file)

@@ -10,7 +10,10 @@ from perception.types import Intrinsics
 
 
 def is_images(source: str) -> bool:
-    return Path(source).is_dir() or Path(source).suffix.lower() == ".png"
+    """Whether `source` names images; a folder with a flight's recording in it is one run."""
+    if Path(source).is_dir():
+        return not any(Path(source).glob("*.mcap"))
+    return Path(source).suffix.lower() == ".png"
 
 
 def names_of(source: str) -> list[str]:

@@ -15,10 +15,9 @@ from types import FrameType
 from typing import Any
 
 from perception.geometry import camera_pose, is_finite
-from perception.pipeline import PerceptionPipeline
 from perception.sources.api import DepthSource
 from perception.sources.opening import SourceOptions, open_source
-from perception.types import DepthFrame, Intrinsics, VehiclePose
+from perception.types import DepthFrame, Intrinsics
 from perception.view.arguments import ViewOptions
 from perception.view.images import common_intrinsics, is_images, names_of
 from perception.view.lettering import Picture
@@ -26,6 +25,7 @@ from perception.view.picture import draw, with_notice
 from perception.view.picture_folder import PictureFolder
 from perception.view.rows import FrameRow, as_json, as_line, as_table, frame_row
 from perception.view.serve import LiveView
+from perception.view.setup import setup_for
 from perception.view.shot import Shot
 from perception.view.statistics import RunStatistics
 from perception.view.top_view import HeightSlice
@@ -70,7 +70,8 @@ class _View:
         self._has_memory = not self._is_images if options.memory is None else options.memory
         self._source = _opened(options, self._is_images, self._has_memory)
         stack.callback(self._source.close)
-        self._pipeline = self._new_pipeline()
+        self._setup = setup_for(options, self._source)
+        self._pipeline = self._setup.new_pipeline()
         self._statistics = RunStatistics()
         self._folder = PictureFolder(options.out) if options.out else None
         self._video = self._live = None
@@ -129,41 +130,28 @@ class _View:
         self._list(shot, row)
 
     def _perceived(self, frame: DepthFrame) -> Shot:
-        options = self._options
-        level = VehiclePose(
-            (0.0, 0.0, options.ground_down_m - options.height_m), (0.0, 0.0, 0.0), options.roll_rad, options.pitch_rad, 0.0
-        )
-        pose = frame.pose if frame.pose is not None else level
+        setup, exclude = self._setup, self._options.exclude
+        pose = frame.pose if frame.pose is not None else setup.level_pose
         if not self._has_memory:
-            self._pipeline = self._new_pipeline()
+            self._pipeline = self._setup.new_pipeline()
         started_s = time.perf_counter()
-        obstacles = self._pipeline.process(frame, pose, options.exclude)
+        obstacles = self._pipeline.process(frame, pose, exclude)
         process_s = time.perf_counter() - started_s
         latency_s = time.monotonic() - frame.t_s if self._is_live else None
         timing = self._statistics.add(frame.t_s, process_s, latency_s, obstacles.events)
-        drawn_pose = pose if is_finite(pose) else level
+        drawn_pose = pose if is_finite(pose) else setup.level_pose
         number = self._statistics.frames - 1
         name = self._names[number] if number < len(self._names) else f"frame {frame.number}"
-        camera = camera_pose(drawn_pose, options.mounting)
-        return Shot(name, frame, drawn_pose, camera, options.exclude, obstacles, self._source.health, timing)
+        camera = camera_pose(drawn_pose, setup.mounting)
+        return Shot(name, frame, drawn_pose, camera, exclude, obstacles, self._source.health, timing)
 
     def _drawn(self, shot: Shot) -> Picture:
-        options = self._options
-        parameters = options.parameters
+        setup, parameters = self._setup, self._setup.parameters
         height_slice = HeightSlice(
-            parameters.band_m, options.ground_down_m, parameters.ground_margin_m, parameters.ground_margin_slope
+            parameters.band_m, setup.ground_down_m, parameters.ground_margin_m, parameters.ground_margin_slope
         )
-        return draw(shot, height_slice, range_max_m=options.range_max_m, view_range_m=options.view_range_m)
-
-    def _new_pipeline(self) -> PerceptionPipeline:
-        options = self._options
-        return PerceptionPipeline(
-            options.parameters,
-            options.mounting,
-            range_min_m=options.range_min_m,
-            range_max_m=options.range_max_m,
-            ground_down_m=options.ground_down_m,
-        )
+        view_range_m = self._options.view_range_m or setup.range_max_m
+        return draw(shot, height_slice, range_max_m=setup.range_max_m, view_range_m=view_range_m)
 
     def _list(self, shot: Shot, row: FrameRow) -> None:
         """On standard output: JSON Lines if wanted, else a table a frame while they are few, else a line a second."""
@@ -218,6 +206,7 @@ def _opened(options: ViewOptions, are_images: bool, is_sequence: bool) -> DepthS
             height_px=height,
             rate_hz=rate_hz,
             depth_unit_m=options.depth_unit_m,
+            is_real_time=options.real_time,
             vehicle=options.vehicle,
         ),
     )

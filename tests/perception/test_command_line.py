@@ -71,7 +71,7 @@ def test_whoever_reads_the_list_may_stop_reading(frames: Path) -> None:
     view = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert view.stdout is not None
     view.stdout.close()
-    _, said = view.communicate(timeout=60)
+    _, said = view.communicate(timeout=110)
     assert view.returncode == 0
     assert "Traceback" not in said
     assert "BrokenPipe" not in said
@@ -119,7 +119,7 @@ def test_a_tilted_camera_sees_no_obstacle_in_the_floor(
     """20 degrees down, 8 right side down: taken for level, the floor would stand in the way."""
     depth = scene().shoot(pose(height=1.0, pitch_deg=-20, roll_deg=8)).depth
     cv2.imwrite(str(tmp_path / "floor.png"), depth)
-    told = ["--intrinsics", D435, "--pitch-deg", -20, "--roll-deg", 8]
+    told = ["--intrinsics", D435, "--pitch-deg", -20, "--roll-deg", 8, "--height-m", 1]
     (right,) = listed(capsys, tmp_path / "floor.png", *told)
     (wrong,) = listed(capsys, tmp_path / "floor.png", "--intrinsics", D435)
     assert right["discs"] == []

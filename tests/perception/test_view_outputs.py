@@ -24,7 +24,7 @@ from perception.view.video import VideoFile
 from tests.perception.scenes import MakeStage, pose
 
 D435 = "421.6,421.6,424,240"
-DEADLINE_S = 60.0
+DEADLINE_S = 100.0
 
 
 @pytest.fixture
