@@ -51,6 +51,12 @@ class Teamwork:
             )
         return tuple(members)
 
+    def link_age_s(self, now_s: float) -> float | None:
+        """Since the newest state of any vehicle that is not done yet; None where no such vehicle was heard."""
+        states = [peer.state for peer in self._rooms.team.peers.values()]
+        ages = [now_s - state.t_s for state in states if state is not None and state.phase != "done"]
+        return min(ages) if ages else None
+
     def cut_outs(self, now_s: float) -> Array:
         """Rows north_m, east_m, radius_m where a vehicle is known to be now, which must not become an obstacle."""
         rows = []
