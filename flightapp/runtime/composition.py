@@ -85,7 +85,7 @@ def build_perception(
     source = _open_camera(camera, clock)
     if profile.recording.depth_rate_hz > 0.0:
         source = RecordedSource(source, DepthRecording(recorder, history, _depth_camera(vehicle, camera), profile.recording))
-    return PerceptionThread(source, pipeline, history, clock, on_result)
+    return PerceptionThread(source, pipeline, history, clock, on_result, 1.0 / profile.autopilot.telemetry_rate_hz)
 
 
 def _depth_camera(vehicle: Vehicle, camera: Camera) -> DepthCamera:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
+from collections import deque
 from collections.abc import Callable
 from enum import Enum
 
@@ -22,12 +23,13 @@ from flightapp.runtime.hover import Hover
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.rooms import Rooms
 from flightapp.runtime.teamwork import Teamwork
-from flightapp.safety.api import SafetyContext
+from flightapp.safety.api import Demand, SafetyContext
 from flightapp.vehicle.autopilot import Motion
 
 STATUS_PERIOD_S = 1.0
 TEAM_PERIOD_S = 0.1
 MOTION_EXTRAPOLATION_MAX_S = 0.3
+LATENESS_KEPT = 10_000
 TARGET_POSITION_SIGMA_M = 0.1
 TARGET_VELOCITY_SIGMA_M_S = 0.2
 
@@ -67,7 +69,12 @@ class ControlLoop:
         """Set once OFFBOARD was reported; setpoints end in the very tick that sees another mode."""
         self.held = False
         """True while an operator's hold replaces the planner."""
+        self.demand: Demand | None = None
+        """What the supervisor asks of the executive since its last check."""
+        self.lateness_s: deque[float] = deque(maxlen=LATENESS_KEPT)
+        """Of the last ticks: from when each was due to its start."""
         self._wake = asyncio.Event()
+        self._woken_s: float | None = None
         self._loop = asyncio.get_running_loop()
         self._yaw_rad = 0.0
         self._previous: Setpoint | None = None
@@ -93,6 +100,8 @@ class ControlLoop:
 
     def wake_from_thread(self) -> None:
         """Called by the perception thread when a frame is done."""
+        if self._woken_s is None:
+            self._woken_s = self._rooms.clock.now_s()
         self._loop.call_soon_threadsafe(self._wake.set)
 
     def hover_here(self) -> None:
@@ -115,8 +124,7 @@ class ControlLoop:
             else:
                 await asyncio.sleep(0)
             now_s = self._rooms.clock.now_s()
-            if not self._wake.is_set():
-                self._lateness_max_s = max(self._lateness_max_s, now_s - deadline_s)
+            self._note_lateness(now_s, deadline_s)
             self._wake.clear()
             deadline_s = now_s + period_s
             try:
@@ -126,6 +134,13 @@ class ControlLoop:
                     self.failure = f"{type(error).__name__}: {error}"
                     self._rooms.journal.event("error", "control_loop", self.failure)
                 self._stop_moving()
+
+    def _note_lateness(self, now_s: float, deadline_s: float) -> None:
+        """A tick is due when a frame has been processed, at the latest at its deadline."""
+        woken_s, self._woken_s = self._woken_s, None
+        lateness_s = max(0.0, now_s - (deadline_s if woken_s is None else min(woken_s, deadline_s)))
+        self.lateness_s.append(lateness_s)
+        self._lateness_max_s = max(self._lateness_max_s, lateness_s)
 
     def tick(self, now_s: float) -> None:
         """One control period."""
@@ -160,6 +175,7 @@ class ControlLoop:
         rooms = self._rooms
         planning = self.guidance is Guidance.PLANNER and not self.held
         wish = self._planned(now_s, dt_s, own) if planning else self._hover.setpoint(own, self._yaw_rad)
+        battery = rooms.autopilot.battery()
         context = SafetyContext(
             t_s=now_s,
             dt_s=dt_s,
@@ -172,8 +188,11 @@ class ControlLoop:
             obstacles_age_s=now_s - self._obstacles.t_s,
             previous=self._previous,
             limits=rooms.limits,
+            team_link_age_s=self._teamwork.link_age_s(now_s),
+            battery_fraction=None if battery is None else battery.remaining_fraction,
         )
         supervised = rooms.supervisor.check(wish, context)
+        self._note_demand(supervised.demand)
         setpoint = supervised.setpoint
         rooms.autopilot.send(setpoint)
         sent_s = rooms.clock.now_s()
@@ -184,6 +203,15 @@ class ControlLoop:
         self._clearance_m = None if clearance >= NO_OBSTACLE_M else clearance
         frame_s = None if self._last_frame is None else self._obstacles.t_s
         rooms.journal.setpoint(setpoint, frame_s, new_frame, supervised.acting, self._clearance_m, sent_s)
+
+    def _note_demand(self, demand: Demand | None) -> None:
+        """An event when what the supervisor asks for changes."""
+        before, self.demand = self.demand, demand
+        if demand is not None and (before is None or before.action != demand.action or before.guard != demand.guard):
+            text = f"{demand.guard} asks for {demand.action.name.lower()}: {demand.reason}"
+            self._rooms.journal.event("warning", "safety", text, action=demand.action.name.lower(), guard=demand.guard)
+        elif demand is None and before is not None:
+            self._rooms.journal.event("info", "safety", f"{before.guard} no longer asks for {before.action.name.lower()}")
 
     def _planned(self, now_s: float, dt_s: float, own: VehicleState) -> Setpoint:
         rooms = self._rooms
