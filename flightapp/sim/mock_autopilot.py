@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import NoReturn, TextIO
 
 from flightapp.config.mission import Mission, load_mission
-from flightapp.config.profile import load_profile
+from flightapp.config.profile import VehicleLimits, load_profile
 from flightapp.core.errors import InputError
 from flightapp.core.geodesy import GeodeticPoint
 from flightapp.core.parent_death import signal_on_parent_death
-from flightapp.sim.autopilot_core import AutopilotCore
+from flightapp.sim.autopilot_core import AutopilotCore, EventSink
 from flightapp.sim.autopilot_estimator import Estimator, Noise
 from flightapp.sim.autopilot_frames import Frames, displaced_origin
 from flightapp.sim.autopilot_parameters import Parameters, Value, parse_override
@@ -68,7 +68,7 @@ class EventLog:
         self._file.flush()
 
 
-def make_station(setup: Setup, event: EventLog) -> tuple[Station, FaultEngine]:
+def make_station(setup: Setup, event: EventSink) -> tuple[Station, FaultEngine]:
     """The vehicle, its commander and its link."""
     core: AutopilotCore | None = None
 
@@ -102,7 +102,7 @@ def setup_from(arguments: argparse.Namespace) -> Setup:
     """The setup that the command line asks for; InputError where it contradicts itself or a file is wrong."""
     if (arguments.mission is None) != (arguments.vehicle is None):
         raise InputError("--mission and --vehicle belong together: the mission says where the vehicle of that name stands")
-    limits = MultirotorLimits() if arguments.profile is None else _limits(arguments.profile)
+    limits = MultirotorLimits() if arguments.profile is None else frame_limits(load_profile(arguments.profile).limits)
     overrides = dict(parse_override(text) for text in arguments.param)
     script = FaultScript()
     if arguments.mission is None:
@@ -156,8 +156,8 @@ def _from_mission(
     )
 
 
-def _limits(path: Path) -> MultirotorLimits:
-    own = load_profile(path).limits
+def frame_limits(own: VehicleLimits) -> MultirotorLimits:
+    """What the airframe can do: a little more than a profile's limits."""
     return MultirotorLimits(
         speed_max_m_s=_RESERVE * own.speed_max_m_s,
         climb_rate_max_m_s=_RESERVE * own.climb_rate_max_m_s,

@@ -1,0 +1,61 @@
+"""An asyncio event loop whose time jumps: nothing is waited for, what is due next happens now."""
+
+from __future__ import annotations
+
+import asyncio
+import selectors
+from collections.abc import Mapping
+from typing import Any
+
+START_S = 1_000.0
+
+
+class StandstillError(RuntimeError):
+    """Every task waits for something that no task will ever do."""
+
+
+class _Selector(selectors.BaseSelector):
+    """Instead of sleeping until a deadline it moves the clock there."""
+
+    def __init__(self) -> None:
+        self._real = selectors.DefaultSelector()
+        self.now_s = START_S
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        if timeout is None:
+            raise StandstillError("no timer is set and no task can go on")
+        self.now_s += max(timeout, 0.0)
+        return self._real.select(0)
+
+    def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
+        return self._real.register(fileobj, events, data)
+
+    def unregister(self, fileobj: Any) -> selectors.SelectorKey:
+        return self._real.unregister(fileobj)
+
+    def close(self) -> None:
+        self._real.close()
+
+    def get_map(self) -> Mapping[Any, selectors.SelectorKey]:
+        return self._real.get_map()
+
+
+class VirtualEventLoop(asyncio.SelectorEventLoop):
+    """Time is virtual; for code that uses neither threads nor sockets to make progress."""
+
+    def __init__(self) -> None:
+        self._virtual = _Selector()
+        super().__init__(self._virtual)
+
+    def time(self) -> float:
+        return self._virtual.now_s
+
+
+class VirtualClock:
+    """The loop's time as fleet time."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+
+    def now_s(self) -> float:
+        return self._loop.time()
