@@ -19,8 +19,12 @@ _SHAPE_SIGMA = 0.1
 _POSITION_SIGMA_MIN_M = 0.02
 _CONTAINED_M = 0.2
 """A disc that sticks out of another by less than this counts as contained in it."""
+_NOISE_SIGMAS = 2.0
 _IN_PIECES_S = 0.5
 """An object that was wholly in view for so long without being sighted as one gives way to the pieces that are."""
+
+_CONFIRMED_HITS = 3
+"""A piece seen less often, as at the edge of the picture, gives way to a whole object that it touches."""
 
 NEW, KNOWN = -1, -2
 """In place of a track's index: a disc that becomes a track, and one that a track already stands for."""
@@ -29,7 +33,21 @@ _F8, _I8, _B1 = numba.types.float64, numba.types.int64, numba.types.boolean
 _ASSOCIATE = numba.void(
     TRACKS_TYPE, _F8, _F8[:, ::1], _F8[::1], _B1[::1], _F8, _F8, RULES_TYPE, _F8[::1], _I8[:, ::1], _I8[::1], _B1[::1]
 )
-_RECONCILE = numba.void(TRACKS_TYPE, _F8, _F8[:, ::1], _F8[::1], _B1[::1], _B1[::1], _B1[::1], RULES_TYPE, _I8[::1], _I8[::1])
+_RECONCILE = numba.void(
+    TRACKS_TYPE,
+    _F8,
+    _F8[:, ::1],
+    _F8[::1],
+    _F8[::1],
+    _B1[::1],
+    _B1[::1],
+    _B1[::1],
+    _F8,
+    _F8,
+    RULES_TYPE,
+    _I8[::1],
+    _I8[::1],
+)
 
 
 @numba.njit(_ASSOCIATE, cache=True, nogil=True, error_model="numpy")
@@ -90,10 +108,20 @@ def associate(  # type: ignore[no-untyped-def]
             tracks[j].seen_s = t_s
 
 
+@numba.njit("f8(f8,f8,f8,f8,f8)", cache=True, nogil=True, error_model="numpy")
+def _gap_m(north, east, sight_north, sight_east, sigma):  # type: ignore[no-untyped-def]
+    """Distance between a track and a sighted disc, less along the line of sight what depth noise explains."""
+    distance = max(math.hypot(sight_north, sight_east), 1e-6)
+    along = abs(north * sight_north + east * sight_east) / distance
+    across = (north * sight_east - east * sight_north) / distance
+    return math.hypot(max(along - _NOISE_SIGMAS * sigma, 0.0), across)
+
+
 @numba.njit(_RECONCILE, cache=True, nogil=True, error_model="numpy")
 def reconcile(  # type: ignore[no-untyped-def]
-    tracks, t_s, discs, confidence, is_whole, disc_in_view, track_in_view, rules, track_of, heir_of
-):
+    tracks, t_s, discs, sigma_m, confidence, is_whole, disc_in_view, track_in_view, camera_north, camera_east, rules,
+    track_of, heir_of,
+):  # fmt: skip
     """Settle what association left over, so that one thing has one disc.
 
     A track that an observed disc contains gives way to it; so does one wholly in view that lies close to a disc which is not
@@ -109,12 +137,17 @@ def reconcile(  # type: ignore[no-untyped-def]
             continue
         in_pieces = track.is_whole == 0 or t_s - track.updated_s > _IN_PIECES_S
         for i in range(discs.shape[0]):
-            gap = math.hypot(discs[i, 0] - track.now_north_m, discs[i, 1] - track.now_east_m)
+            sight_north, sight_east = discs[i, 0] - camera_north, discs[i, 1] - camera_east
+            north, east = discs[i, 0] - track.now_north_m, discs[i, 1] - track.now_east_m
+            gap = _gap_m(north, east, sight_north, sight_east, sigma_m[i])
             growth = discs[i, 2] - track.radius_m
             is_new = track_of[i] == NEW
-            gives_way = gap <= growth + _CONTAINED_M and (is_new or track.is_moving == 0)
+            is_fuller = growth >= 0.0 or (disc_in_view[i] and (is_whole[i] or track.is_whole == 0))
+            gives_way = gap <= growth + _CONTAINED_M and is_fuller and (is_new or track.is_moving == 0)
             if track_in_view[j] and is_new and track.is_moving == 0 and (in_pieces or is_whole[i]):
                 gives_way |= gap <= rule.association_m + max(growth, 0.0)
+            if track_in_view[j] and is_whole[i] and track.is_whole == 0 and track.hits < _CONFIRMED_HITS:
+                gives_way |= gap <= discs[i, 2] + track.radius_m
             if gives_way:
                 heir_of[j] = i
                 break
@@ -127,10 +160,14 @@ def reconcile(  # type: ignore[no-untyped-def]
                 continue
             if disc_in_view[i] and (track.is_whole == 0 or is_whole[i]):
                 continue
-            gap = math.hypot(discs[i, 0] - track.now_north_m, discs[i, 1] - track.now_east_m)
-            if gap <= _CONTAINED_M + track.radius_m - discs[i, 2]:
+            sight_north, sight_east = discs[i, 0] - camera_north, discs[i, 1] - camera_east
+            north, east = discs[i, 0] - track.now_north_m, discs[i, 1] - track.now_east_m
+            gap = _gap_m(north, east, sight_north, sight_east, sigma_m[i])
+            # A moving one may be anywhere in its grown disc; but then it was not seen where it is, and stays as large.
+            radius_m = track.radius_m if track.is_moving == 0 else track.now_radius_m
+            if gap <= _CONTAINED_M + radius_m - discs[i, 2]:
                 track_of[i] = KNOWN
-                if track.seen_s < t_s:
+                if track.seen_s < t_s and gap <= _CONTAINED_M + track.radius_m - discs[i, 2]:
                     track.seen_s, track.seen_through = t_s, 0
                     track.hits += 1
                     track.confidence = 1.0 - (1.0 - track.confidence) * (1.0 - confidence[i] / 2)

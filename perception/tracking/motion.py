@@ -18,6 +18,8 @@ _SPEED_FIRST_M_S = 4.0
 """Standard deviation of the velocity of something seen once."""
 _COAST_S = 0.3
 """A disc that has not proven to move is taken to be at rest when it was not seen for this long."""
+_GAP_S = 0.15
+"""A proof of movement starts anew after a gap this long: what is seen again may be something else."""
 _POSITION_SIGMA_MIN_M = 0.02
 _SHAPE_SIGMA = 0.1
 """Standard deviation of the centre in radii: hardly anything is round."""
@@ -28,6 +30,8 @@ _MOVED_SIGMAS = 3.0
 _MOVED_FRAMES = 3
 _STEADY = 0.3
 """The last part of the way must be covered at this fraction of the mean speed at least: a jump is no movement."""
+_OFF_FRACTION = 0.5
+"""The filter's velocity may differ from the mean one by this fraction of it, and by the least speed that counts."""
 _RADIUS_FRAMES = 5
 
 _F8 = numba.types.float64
@@ -48,6 +52,8 @@ def predict(tracks, t_s, rules):  # type: ignore[no-untyped-def]
         is_at_rest = track.is_moving == 0 and dt > _COAST_S
         track.now_v_north_m_s = 0.0 if is_at_rest else track.v_north_m_s
         track.now_v_east_m_s = 0.0 if is_at_rest else track.v_east_m_s
+        growth_m_s = rule.memory_growth_m_s if track.is_moving == 0 else rule.memory_growth_moving_m_s
+        track.now_radius_m = track.radius_m + growth_m_s * max(t_s - track.seen_s, 0.0)
         track.now_north_m = track.north_m + track.now_v_north_m_s * dt
         track.now_east_m = track.east_m + track.now_v_east_m_s * dt
         for a in range(2):
@@ -153,7 +159,8 @@ def _judge_movement(tracks, j, t_s, camera_north, camera_east, rules):  # type: 
         speed_m_s = way_m / elapsed_s
         lately_m = (track.north_m - track.anchor_north_m[1]) * north + (track.east_m - track.anchor_east_m[1]) * east
         is_steady = lately_m >= _STEADY * speed_m_s * (t_s - track.anchor_s[1])
-        is_steady &= track.v_north_m_s * north + track.v_east_m_s * east >= _STEADY * speed_m_s
+        off_m_s = math.hypot(track.v_north_m_s - speed_m_s * north, track.v_east_m_s - speed_m_s * east)
+        is_steady &= off_m_s <= _OFF_FRACTION * speed_m_s + rule.moving_speed_min_m_s
         if way_m > needed_m and speed_m_s > rule.moving_speed_min_m_s and is_steady:
             track.moved_frames += 1
             if track.moved_frames >= _MOVED_FRAMES:
@@ -211,13 +218,13 @@ def correct(  # type: ignore[no-untyped-def]
         for a in range(4):
             for b in range(a):
                 after[a, b] = after[b, a] = (after[a, b] + after[b, a]) / 2
-        has_rested = track.is_moving == 0 and t_s - track.updated_s > _COAST_S
+        was_lost = track.is_moving == 0 and t_s - track.updated_s > _GAP_S
         track.hits += 1
         track.radius_m += (discs[i, 2] - track.radius_m) / min(track.hits, _RADIUS_FRAMES)
         track.confidence = 1.0 - (1.0 - track.confidence) * (1.0 - confidence[i] / 2)
         track.updated_s = track.seen_s = t_s
         track.seen_through = 0
-        if has_rested:
+        if was_lost:
             _drop_anchor(tracks, j, 0, t_s, camera_north, camera_east)
             _drop_anchor(tracks, j, 1, t_s, camera_north, camera_east)
         if is_isolated[i]:

@@ -81,11 +81,11 @@ class DiscTracker:
 
     def _is_late(self, t_s: float) -> bool:
         """Whether a frame of this time is of no use; moves all times if the clock was set back."""
+        if not math.isfinite(t_s):
+            return True
         back_s = self._newest_s - t_s
         if back_s <= _LATE_MAX_S:
             return back_s >= 0
-        if not math.isfinite(back_s):
-            return not math.isfinite(t_s)
         tracks = self._tracks[: self._count]
         for field in ("updated_s", "first_s", "seen_s", "anchor_s"):
             tracks[field] -= back_s
@@ -144,10 +144,13 @@ class DiscTracker:
             tracks,
             t_s,
             discs,
+            sighting.sigma_m,
             sighting.confidence,
             sighting.is_whole,
             disc_in_view,
             track_in_view,
+            camera_north,
+            camera_east,
             rules,
             track_of,
             heir_of,
