@@ -16,6 +16,8 @@ from typer.core import TyperGroup
 from flightapp.core.errors import FlightError, InputError
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+fence = typer.Typer(no_args_is_help=True, help="The flight volume as KML, for a map program.")
+app.add_typer(fence, name="fence")
 
 Profile = Annotated[Path, typer.Option("--profile", help="The vehicle's hardware profile.")]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of everything random.")]
@@ -156,6 +158,43 @@ def command(
         for answer in answers:
             print(f"{answer.vehicle}: {'accepted' if answer.accepted else 'REFUSED'}, {answer.text}")
     raise typer.Exit(0 if all(answer.accepted for answer in answers) else 3)
+
+
+@fence.command("export")
+def export_fence(
+    mission: Annotated[Path, typer.Argument(help="Mission file.")],
+    output: Annotated[Path, typer.Argument(help="KML file to write.")],
+) -> None:
+    """Write fence, contingency volume, protected boundary and starts as KML.
+
+    Example: flightapp fence export missions/demo_two_pursuers.toml /tmp/demo.kml
+    """
+    from flightapp.config.kml import write_kml
+    from flightapp.config.mission import load_mission
+
+    write_kml(load_mission(mission), output)
+
+
+@fence.command("import")
+def import_fence(
+    mission: Annotated[Path, typer.Argument(help="Mission file.")],
+    kml: Annotated[Path, typer.Argument(help="KML file with the flight volume as a polygon.")],
+    write: Annotated[bool, typer.Option("--write", help="Replace the mission's [flight_volume] instead of printing it.")] = False,
+) -> None:
+    """Print the [flight_volume] of a KML file for this mission. What the file does not say stays as in the mission.
+
+    Example: flightapp fence import missions/demo_two_pursuers.toml /tmp/demo.kml
+    """
+    from flightapp.config.fence_text import flight_volume_toml, replace_flight_volume
+    from flightapp.config.kml import read_kml
+    from flightapp.config.mission import load_mission
+
+    loaded = load_mission(mission)
+    volume = read_kml(kml, loaded.datum.as_point(), loaded.flight_volume)
+    if write:
+        replace_flight_volume(mission, volume)
+    else:
+        print(flight_volume_toml(volume), end="")
 
 
 @app.command()

@@ -34,6 +34,8 @@ def supervisor_measurement(mission: Mission, profile: Profile, vehicle: Vehicle,
             obstacles_age_s=0.05,
             previous=previous,
             limits=limits,
+            team_link_age_s=0.05,
+            battery_fraction=0.8,
         )
         return Setpoint(own.velocity_ned_m_s * 1.5, own.yaw_rad + 0.05), context
 
