@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -39,7 +40,7 @@ class RealSenseRecordingSource:
         self._playback = load_recording(rs, path, is_real_time=is_real_time)
         self._stopped = rs.playback_status.stopped
         self._path = path
-        self._stream = DepthStream(rs, self._playback, None)
+        self._stream = DepthStream(rs, self._playback, None, name=str(path))
         self._started_s = now_s()
         # The SDK's thread must not call into an interpreter that is being taken down.
         atexit.register(self.close)
@@ -71,6 +72,9 @@ class RealSenseRecordingSource:
         atexit.unregister(self.close)
         self._is_closed = self._is_finished = True
         self._inbox.close()
+        # The SDK's reader must rest before its device goes: it outlives the device otherwise, and crashes (SDK 2.59.1).
+        with contextlib.suppress(RuntimeError):
+            self._playback.pause()
         self._stream.stop()
 
     def _is_at_end(self) -> bool:

@@ -28,12 +28,12 @@ class DepthMode:
 class DepthStream:
     """PerceptionInputError if the device has no depth sensor or does not offer the mode (None: the first it has).
 
-    emitter: infrared projector on or off; None leaves it as it is.
+    name: what sentences call the device instead of its own name. emitter: infrared projector on or off; None leaves it as it is.
     """
 
-    def __init__(self, rs: Any, device: Any, mode: DepthMode | None, *, emitter: bool | None = None) -> None:
+    def __init__(self, rs: Any, device: Any, mode: DepthMode | None, *, name: str = "", emitter: bool | None = None) -> None:
         self._rs = rs
-        self.label = label(rs, device)
+        self.label = name or label(rs, device)
         self.warning = usb_warning(rs, device)
         self._sensor = self._depth_sensor(device)
         try:

@@ -38,6 +38,7 @@ class SoftwareCamera:
     ) -> None:
         self._rs = rs = sdk()
         self.lens = lens
+        self.serial_number = serial_number
         self.depth_unit_m = depth_unit_m
         self.device = rs.software_device()
         for kind, text in (

@@ -132,7 +132,7 @@ def test_an_unplugged_camera_is_looked_for_until_it_is_back(opened: Opening) -> 
     plugged = [SoftwareCamera()]
 
     def find() -> Any:
-        return choose_camera({SERIAL_NUMBER: camera.device for camera in plugged}, SERIAL_NUMBER)
+        return choose_camera({camera.serial_number: camera.device for camera in plugged}, SERIAL_NUMBER)
 
     source = opened(find, stall_timeout_s=0.2)
     plugged[0].send(1, 1)
