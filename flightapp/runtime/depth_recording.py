@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from flightapp.config.profile import RecordingOptions
 from flightapp.recording import depth
 from flightapp.recording.recorder import Recorder
+from flightapp.vehicle.autopilot import Motion
 from flightapp.vehicle.pose_history import PoseHistory
 from perception.sources import DepthSource, SourceHealth
 from perception.types import DepthFrame
@@ -22,6 +23,7 @@ from perception.types import DepthFrame
 CLOSE_TIMEOUT_S = 1.0
 EARLY_SHARE = 0.25
 """A frame this part of a period before it is due is taken: cameras are not exactly punctual."""
+TELEMETRY_RETRY_S, TELEMETRY_ATTEMPTS = 0.005, 20
 _LOGGER = logging.getLogger(__name__)
 
 
@@ -113,11 +115,20 @@ class DepthRecording:
 
     def _record(self, frame: DepthFrame) -> None:
         data = self._compress(frame.depth)
-        motion = self._history.at(frame.t_s)  # only now: meanwhile the telemetry after the frame has come
+        motion = self._motion_at(frame.t_s)
         info = depth.info_message(frame, self._stride, motion, self._camera, self._dropped)
         self._recorder.log(depth.INFO, info, frame.t_s)
         self._recorder.log(depth.CALIBRATION, depth.calibration_message(frame), frame.t_s)
         self._recorder.log(depth.IMAGE, depth.image_message(frame, data), frame.t_s)
+
+    def _motion_at(self, t_s: float) -> Motion | None:
+        """Of the capture time, for which the telemetry after it is awaited: interpolated, not extrapolated."""
+        for _ in range(TELEMETRY_ATTEMPTS):
+            if not -math.inf < self._history.newest_s < t_s or self._closing:
+                break
+            with self._change:
+                self._change.wait(TELEMETRY_RETRY_S)
+        return self._history.at(t_s)
 
 
 class RecordedSource:

@@ -10,12 +10,13 @@ import numpy as np
 
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.depth_recording import DepthRecording
+from flightapp.vehicle.pose_history import PoseHistory
 from perception.types import DepthFrame
-from tests.recording.depth_flight import CAMERA, EVERY_FRAME, LENS, history
+from tests.recording.depth_flight import CAMERA, EVERY_FRAME, LENS
 from tests.recording.samples import T0_S
 
 with Recorder(Path(sys.argv[1])) as recorder:
-    recording = DepthRecording(recorder, history(), CAMERA, EVERY_FRAME)
+    recording = DepthRecording(recorder, PoseHistory(), CAMERA, EVERY_FRAME)
     started_s = time.monotonic()
     number = 0
     while True:

@@ -16,11 +16,13 @@ from mcap_protobuf.decoder import DecoderFactory
 from numpy.typing import NDArray
 
 from flightapp.config.profile import RecordingOptions
+from flightapp.core.types import VehicleState
 from flightapp.recording import depth
 from flightapp.recording.reader import read_recording
 from flightapp.recording.recorder import Recorder
 from flightapp.recording.recover import recover
 from flightapp.runtime.depth_recording import DepthRecording, Pace, RecordedSource
+from flightapp.vehicle.autopilot import Motion
 from flightapp.vehicle.pose_history import PoseHistory
 from perception.sources import SourceHealth
 from perception.sources.mcap import McapSource
@@ -104,6 +106,36 @@ def test_the_pose_is_the_one_at_the_capture_time(tmp_path: Path) -> None:
         assert info["velocity_ned_m_s"] == pytest.approx([2.0, 0.0, 0.0])
         assert info["roll_rad"] == pytest.approx(0.1 * (shot.t_s - T0_S), abs=1e-6)
         assert info["mounting"]["pitch_deg"] == -10.0
+
+
+def test_the_pose_waits_for_the_telemetry_after_the_frame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a vehicle that has just begun to turn, the messages before the frame alone would say that it does not."""
+    monkeypatch.setattr("flightapp.runtime.depth_recording.TELEMETRY_ATTEMPTS", 1_000_000)
+    known, (shot,), asked = PoseHistory(), frames(1), threading.Event()
+
+    class Watched(PoseHistory):
+        @property
+        def newest_s(self) -> float:
+            asked.set()
+            return known.newest_s
+
+        def at(self, t_s: float) -> Motion | None:
+            return known.at(t_s)
+
+    def hear(t_s: float, yaw_rad: float) -> None:
+        known.append_attitude(t_s, 0.0, 0.0, yaw_rad)
+        known.append_state(VehicleState(t_s, np.zeros(3), np.zeros(3), yaw_rad))
+
+    hear(T0_S - 0.03, 0.0)
+    hear(T0_S - 0.01, 0.0)
+    with Recorder(tmp_path / "p1.mcap") as recorder:
+        recording = DepthRecording(recorder, Watched(), CAMERA, EVERY_FRAME)
+        recording.offer(shot)
+        assert asked.wait(5.0)
+        hear(T0_S + 0.01, 0.2)
+        recording.close()
+    (info,) = read_recording(tmp_path / "p1.mcap").topic("/depth/info").messages
+    assert info["yaw_rad"] == pytest.approx(0.1)
 
 
 def test_a_frame_before_any_telemetry_is_recorded_without_a_pose(tmp_path: Path) -> None:
