@@ -1,9 +1,9 @@
-"""MCAP records of a recording, in order, for as far as the file can be read."""
+"""MCAP records of a recording, in order, for as far as the file can be read; read as they are asked for, not all at once."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
 
 from mcap.records import Footer, Header, McapRecord
@@ -23,16 +23,18 @@ class Scan:
         self.path = path
         self.complete = False
         try:
-            self._data = path.read_bytes()
+            with path.open("rb") as file:
+                start = file.read(MAGIC_SIZE)
+                self._size = os.fstat(file.fileno()).st_size
         except FileNotFoundError:
             raise InputError(f"{path}: no such file") from None
         except IsADirectoryError:
             raise InputError(f"{path}: is a folder, a recording (.mcap) is wanted") from None
         except OSError as error:
             raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-        if not self._data:
+        if not start:
             raise InputError(f"{path}: the file is empty; nothing was recorded")
-        if self._data[:MAGIC_SIZE] != _MAGIC:
+        if start != _MAGIC:
             raise InputError(f"{path}: not a recording: it does not begin like an MCAP file")
         first = next(self._records(), None)
         if not isinstance(first, Header):
@@ -45,15 +47,15 @@ class Scan:
 
     def _records(self) -> Iterator[McapRecord]:
         """Records up to the end or the first damage. A recording cut off while written ends in damage: that is normal."""
-        reader = StreamReader(BytesIO(self._data), validate_crcs=True, record_size_limit=len(self._data))
-        records = reader.records
-        while True:
-            try:
-                record = next(records)
-            except StopIteration:
-                return
-            except Exception:  # the decoder answers damage with whatever it stumbles over; each of them is "no further"
-                return
-            if isinstance(record, Footer):
-                self.complete = True
-            yield record
+        with self.path.open("rb") as file:
+            records = StreamReader(file, validate_crcs=True, record_size_limit=self._size).records
+            while True:
+                try:
+                    record = next(records)
+                except StopIteration:
+                    return
+                except Exception:  # the decoder answers damage with whatever it stumbles over; each of them is "no further"
+                    return
+                if isinstance(record, Footer):
+                    self.complete = True
+                yield record
