@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from flightapp.core.errors import InputError
 from flightapp.safety.failsafe.explain import explain, parse_conditions, sentence
 from flightapp.safety.failsafe.machine import RELEASE_S, Failsafe
-from flightapp.safety.failsafe.table import TABLE, By, Condition, Row, State
+from flightapp.safety.failsafe.table import TABLE, WISHES, By, Condition, Row, State, table_for
 
-WISHES = (Condition.OPERATOR_ABORT, Condition.OPERATOR_LAND, Condition.OPERATOR_RETURN)
 LONG_S = 1e4
 KEPT = (State.RETURN, State.LAND, State.TERMINATE)
 ENTRY = {
@@ -28,7 +27,7 @@ ENTRY = {
 
 
 def machine_in(state: State) -> Failsafe:
-    machine = Failsafe(wishes=WISHES)
+    machine = Failsafe()
     machine.step(0.0, ENTRY[state])
     assert machine.state is state
     return machine
@@ -81,7 +80,7 @@ def test_of_two_conditions_the_stricter_wins_in_either_order(state: State) -> No
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: f"{row.condition}-{row.action.name}")
 def test_an_action_comes_with_its_delay_and_not_before(row: Row) -> None:
-    machine = Failsafe(wishes=WISHES)
+    machine = Failsafe()
     machine.step(0.0, (row.condition,))
     if row.delay_s > 0.0:
         assert machine.step(row.delay_s - 1e-6, (row.condition,)).state < row.action
@@ -105,7 +104,7 @@ def test_on_the_way_down_and_with_the_pilot_nothing_turns_round_by_itself(state:
 
 
 def test_a_flickering_cause_does_not_make_the_vehicle_flicker() -> None:
-    machine = Failsafe(wishes=WISHES)
+    machine = Failsafe()
     entered = 0
     for k in range(400):
         active = (Condition.FENCE_BREACHED,) if k % 7 < 3 else ()
@@ -114,7 +113,7 @@ def test_a_flickering_cause_does_not_make_the_vehicle_flicker() -> None:
 
 
 def test_between_persons_the_newest_word_counts() -> None:
-    machine = Failsafe(wishes=WISHES)
+    machine = Failsafe()
     pilot, wish = Condition.PILOT_HAS_CONTROL, Condition.OPERATOR_RETURN
     assert machine.step(0.0, (pilot,)).state is State.PILOT
     assert machine.step(1.0, (pilot, wish)).state is State.RETURN
@@ -125,24 +124,35 @@ def test_between_persons_the_newest_word_counts() -> None:
 
 
 def test_a_wish_from_before_the_takeover_does_not_take_control_back() -> None:
-    machine = Failsafe(wishes=WISHES)
+    machine = Failsafe()
     machine.step(0.0, (Condition.OPERATOR_RETURN,))
     assert machine.step(1.0, (Condition.OPERATOR_RETURN, Condition.PILOT_HAS_CONTROL)).state is State.PILOT
     assert machine.step(LONG_S, (Condition.OPERATOR_RETURN, Condition.PILOT_HAS_CONTROL)).state is State.PILOT
 
 
 def test_what_nobody_may_override_breaks_the_pilots_control() -> None:
-    rows = (*TABLE, Row(Condition.FENCE_OUTSIDE, 1.0, State.TERMINATE, "configured", pilot_may_override=False))
-    machine = Failsafe(rows, WISHES)
+    both = (Condition.PILOT_HAS_CONTROL, Condition.FENCE_OUTSIDE)
+    machine = Failsafe(table_for(State.TERMINATE))
     machine.step(0.0, (Condition.PILOT_HAS_CONTROL,))
-    machine.step(1.0, (Condition.PILOT_HAS_CONTROL, Condition.FENCE_OUTSIDE))
-    assert machine.step(1.5, (Condition.PILOT_HAS_CONTROL, Condition.FENCE_OUTSIDE)).state is State.PILOT
-    assert machine.step(2.0, (Condition.PILOT_HAS_CONTROL, Condition.FENCE_OUTSIDE)).state is State.TERMINATE
+    assert machine.step(1.0, both).state is State.TERMINATE
+    assert machine.step(2.0, both).state is State.TERMINATE
+    landing = Failsafe(table_for(State.LAND))
+    landing.step(0.0, (Condition.PILOT_HAS_CONTROL,))
+    assert landing.step(1.0, both).state is State.PILOT
+
+
+def test_a_wish_that_is_asked_again_is_new() -> None:
+    machine = Failsafe()
+    wish, pilot = Condition.OPERATOR_RETURN, Condition.PILOT_HAS_CONTROL
+    machine.step(0.0, (wish,))
+    machine.step(1.0, (wish, pilot))
+    machine.renew(wish)
+    assert machine.step(2.0, (wish, pilot)).state is State.RETURN
 
 
 @given(st.lists(st.tuples(st.floats(0.01, 5.0), st.frozensets(st.sampled_from(Condition), max_size=3)), max_size=40))
 def test_whatever_happens_a_vehicle_never_goes_back_up(steps: list[tuple[float, frozenset[Condition]]]) -> None:
-    machine = Failsafe(wishes=WISHES)
+    machine = Failsafe()
     t_s, before = 0.0, State.NORMAL
     for dt_s, active in steps:
         t_s += dt_s
