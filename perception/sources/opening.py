@@ -43,7 +43,7 @@ def open_source(what: str, options: SourceOptions) -> DepthSource:
     folder of PNG files.
     """
     for kind in _KINDS:
-        if kind.is_meant(what):
+        if what and kind.is_meant(what):
             return kind.open(what, options)
     raise PerceptionInputError(f"'{what}': no such file, folder or camera; wanted is {SOURCES_WANTED}")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import cv2
@@ -13,14 +14,21 @@ from perception.errors import PerceptionInputError
 from perception.sources.api import SourceHealth
 from perception.types import DepthFrame, Intrinsics
 
+TIMES_NAME = "timestamps.txt"
+"""File beside the images: the time in s that each was taken at, one a line."""
+
 
 class PngFolderSource:
-    """Returns every frame once, one a call; frame k was taken at k * period_s. None after the last."""
+    """Returns every frame once, one a call; None after the last.
+
+    Times count from the first frame: as `timestamps.txt` has them, without it frame k was taken at k * period_s.
+    """
 
     def __init__(self, path: Path, intrinsics: Intrinsics, *, depth_unit_m: float = 0.001, period_s: float = 1 / 30) -> None:
         self._files = list_frames(path)
         self._intrinsics = intrinsics
         self._depth_unit_m = depth_unit_m
+        self._times_s = read_times(path / TIMES_NAME, len(self._files))
         self._period_s = period_s
         self._received = 0
 
@@ -38,7 +46,8 @@ class PngFolderSource:
         number = self._received
         depth = read_depth_png(self._files[number])
         self._received += 1
-        return DepthFrame(number * self._period_s, number, depth, self._depth_unit_m, self._intrinsics)
+        t_s = self._times_s[number] if self._times_s else number * self._period_s
+        return DepthFrame(t_s, number, depth, self._depth_unit_m, self._intrinsics)
 
     def close(self) -> None:
         self._files = []
@@ -71,6 +80,22 @@ def read_depth_png(path: Path) -> NDArray[np.uint16]:
             f"{path}: {8 * image.dtype.itemsize}-bit image with {channels} channel(s); 16-bit with one channel is wanted"
         )
     return np.ascontiguousarray(image, np.uint16)
+
+
+def read_times(path: Path, count: int) -> list[float]:
+    """Times in s since the first one, empty without the file; PerceptionInputError unless they are `count` rising numbers."""
+    if not path.is_file():
+        return []
+    try:
+        times_s = [float(line) for line in path.read_text().split()]
+    except (OSError, ValueError) as error:
+        raise PerceptionInputError(f"{path}: {error}; one time in seconds a line is wanted") from None
+    if len(times_s) != count:
+        raise PerceptionInputError(f"{path}: {len(times_s)} times for {count} images; one a line for each image is wanted")
+    for line, (earlier, later) in enumerate(pairwise(times_s), start=2):
+        if not earlier < later:
+            raise PerceptionInputError(f"{path}: line {line}: {later} is not after {earlier}; rising times are wanted")
+    return [time_s - times_s[0] for time_s in times_s]
 
 
 def _numeric_order(path: Path) -> list[tuple[int, str]]:

@@ -128,3 +128,23 @@ def test_recorded_frames_that_are_none_are_named(tmp_path: Path) -> None:
     (tmp_path / "broken.png").write_bytes(b"\x89PNG nonsense")
     with pytest.raises(PerceptionInputError, match=r"broken\.png: not a readable image"):
         PngFolderSource(tmp_path / "broken.png", SMALL).latest()
+
+
+def test_images_come_at_the_times_that_stand_beside_them(tmp_path: Path) -> None:
+    for number in range(3):
+        cv2.imwrite(str(tmp_path / f"{number}.png"), image(number))
+    times = tmp_path / "timestamps.txt"
+    times.write_text("1700000000.5\n1700000000.75\n1700000002\n")
+    source = PngFolderSource(tmp_path, SMALL)
+    frames = [source.latest() for _ in range(3)]
+    assert [None if frame is None else frame.t_s for frame in frames] == [0.0, 0.25, 1.5]
+    assert source.is_finished
+    for text, sentence in (
+        ("1\n2\n", "2 times for 3 images"),
+        ("1\n2\n2\n", r"line 3: 2\.0 is not after 2\.0"),
+        ("1\n2\nnan\n", "line 3: nan is not after"),
+        ("1\n2\nthree\n", "one time in seconds a line"),
+    ):
+        times.write_text(text)
+        with pytest.raises(PerceptionInputError, match=rf"timestamps\.txt: .*{sentence}"):
+            PngFolderSource(tmp_path, SMALL)
