@@ -42,3 +42,13 @@ def test_the_sentence_names_file_field_value_and_what_would_be_right(
 def test_a_shared_memory_camera_needs_a_path(tmp_path: Path) -> None:
     sentence = profile_refusal(tmp_path, (("camera",), {"source": "shared-memory"}))
     assert sentence == "file.toml: camera.path: missing; source = 'shared-memory' needs it"
+
+
+def test_a_recording_for_the_bench_needs_a_path(tmp_path: Path) -> None:
+    sentence = profile_refusal(tmp_path, (("camera",), {"source": "realsense-recording"}))
+    assert sentence == "file.toml: camera.path: missing; source = 'realsense-recording' needs it"
+
+
+def test_a_realsense_has_few_rates(tmp_path: Path) -> None:
+    sentence = profile_refusal(tmp_path, (("camera",), {"source": "realsense", "rate_hz": 75.0}))
+    assert sentence == "file.toml: camera.rate_hz = 75: a RealSense offers 6, 15, 30, 60, 90"
