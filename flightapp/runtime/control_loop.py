@@ -62,6 +62,8 @@ class ControlLoop:
         self.decision: Decision | None = None
         self.target: TargetTrack | None = None
         self.planner_failure: str | None = None
+        self.decision_latency_s = 0.0
+        self.decision_is_finite = True
         self.failure: str | None = None
         self.setpoints_sent = 0
         self.ticks = 0
@@ -232,7 +234,8 @@ class ControlLoop:
                 self.planner_failure = f"{type(error).__name__}: {error}"
             return self._hover.setpoint(own, self._yaw_rad)
         latency_s = rooms.clock.now_s() - started_s
-        self.decision = decision
+        self.decision, self.decision_latency_s = decision, latency_s
+        self.decision_is_finite = bool(np.isfinite(decision.velocity_ned_m_s).all()) and math.isfinite(decision.yaw_rad)
         rooms.journal.decision(decision, latency_s, now_s)
         if decision.reason:
             rooms.journal.event("info", "mode", f"{decision.mode}: {decision.reason}", mode=decision.mode)
@@ -241,6 +244,10 @@ class ControlLoop:
         velocity = decision.velocity_ned_m_s.astype(np.float64, copy=True)
         velocity[2] += self._hover.down_velocity_m_s(own)
         return Setpoint(velocity, decision.yaw_rad)
+
+    def obstacles_age_s(self, now_s: float) -> float:
+        """Since the newest obstacle picture was true."""
+        return now_s - self._obstacles.t_s
 
     def _stop_moving(self) -> None:
         """Replace the setpoint that MAVSDK would go on repeating by standing still."""

@@ -20,8 +20,11 @@ from flightapp.preflight.checklist import refuse_unknown, run_checklist
 from flightapp.preflight.gathering import Gatherer
 from flightapp.preflight.result import Level, Result
 from flightapp.runtime.control_loop import ControlLoop, Guidance
+from flightapp.runtime.failsafe_conditions import Control, conditions_of
 from flightapp.runtime.outcome import Outcome, outcome_of_team
 from flightapp.runtime.rooms import Rooms
+from flightapp.safety.failsafe.machine import Failsafe, Verdict
+from flightapp.safety.failsafe.table import HOW, PERSONS, Condition, State, table_for
 
 POLL_PERIOD_S = 0.02
 PREFLIGHT_TIMEOUT_S = 60.0
@@ -56,8 +59,26 @@ class Next(Enum):
     """Fly home and land: the autopilot's return mode."""
     LAND = "land"
     """Land where the vehicle is."""
+    TERMINATE = "terminate"
+    """End the flight at once, whatever becomes of the vehicle."""
     RELEASE = "release"
     """Leave the vehicle to the pilot or to the autopilot's own failsafe; watch and record until it is disarmed."""
+
+
+ACTIONS = {
+    State.RETURN: Next.RETURN,
+    State.LAND: Next.LAND,
+    State.TERMINATE: Next.TERMINATE,
+    State.PILOT: Next.RELEASE,
+}
+DOING = {action: state for state, action in ACTIONS.items()} | {Next.RELEASE: State.NORMAL}
+"""A vehicle that somebody else flies is not being ended by the app: any wish counts again."""
+WISHED = {
+    "rtl": (Condition.OPERATOR_RETURN, "returning"),
+    "land": (Condition.OPERATOR_LAND, "landing"),
+    "abort": (Condition.OPERATOR_ABORT, "landing"),
+}
+"""Operator commands that end the mission, and the answers to them."""
 
 
 class InterruptedMission(Exception):  # noqa: N818 - control flow, not an error
@@ -77,15 +98,17 @@ class Executive:
         self._rooms = rooms
         self._waived = waived
         self._loop: ControlLoop
-        self._wanted: InterruptedMission | None = None
+        self._failsafe = Failsafe(table_for(State[rooms.mission.flight_volume.outside_action.upper()]))
+        self._wishes: dict[Condition, str] = {}
+        """What operators want, and who."""
+        self._doing = State.NORMAL
+        """How far the mission has been ended already."""
         self._arm_asked_s: float | None = None
         self._own_modes: frozenset[str] = frozenset()
         """Flight modes that this app asked for; empty while it is not in control."""
         self._settling: tuple[float, frozenset[str]] | None = None
         """(time, modes): from the first heartbeat after that time on, only these modes are the app's own."""
-        self._link_lost = False
         self._pursuing = False
-        self._failure_handled = False
         self._stop_watching = False
 
     def attach(self, loop: ControlLoop) -> None:
@@ -96,7 +119,7 @@ class Executive:
         if self._loop.phase == "released":
             self._stop_watching = True
         else:
-            self._want(Next.LAND, reason)
+            self._want(Condition.OPERATOR_LAND, reason)
 
     def on_command(self, command: Command) -> tuple[bool, str]:
         """Operator command -> (accepted, text)."""
@@ -108,13 +131,14 @@ class Executive:
         if command.action in ("hold", "resume"):
             if phase not in ("ready", "pursue"):
                 return False, f"not possible in phase {phase}"
-            self._loop.held = command.action == "hold"
-            return True, "holding position" if self._loop.held else "resumed"
-        if command.action == "rtl":
-            self._want(Next.RETURN, f"rtl from {who}")
-            return True, "returning"
-        self._want(Next.LAND, f"{command.action} from {who}")
-        return True, "landing"
+            if command.action == "resume":
+                self._wishes.pop(Condition.OPERATOR_HOLD, None)
+                return True, "resumed"
+            self._want(Condition.OPERATOR_HOLD, f"hold from {who}")
+            return True, "holding position"
+        condition, text = WISHED[command.action]
+        self._want(condition, f"{command.action} from {who}")
+        return True, text
 
     async def fly(self) -> Outcome:
         """The whole mission; FlightError only where the vehicle cannot be brought down by this app."""
@@ -269,12 +293,18 @@ class Executive:
     async def _execute(self, action: Next, outcome: Outcome, reason: str) -> None:
         rooms, loop = self._rooms, self._loop
         loop.outcome = outcome.value
+        self._doing = DOING[action]
         if action is Next.RELEASE:
             loop.guidance = Guidance.NONE
             self._enter("released", reason)
             await self._watch_until_disarmed()
             return
         self._enter(action.value, reason)
+        if action is Next.TERMINATE:
+            loop.guidance = Guidance.NONE
+            await rooms.autopilot.terminate()
+            await self._watch_until_disarmed()
+            return
         if loop.guidance is not Guidance.NONE and loop.failure is None:
             await self._brake()
         if action is Next.RETURN:
@@ -371,27 +401,45 @@ class Executive:
         status = self._rooms.autopilot.status()
         if self._settling is not None and status.heartbeat_s > self._settling[0]:
             self._own_modes, self._settling = self._settling[1], None
-        if self._own_modes and status.armed and status.flight_mode not in self._own_modes:
+        now_s = self._rooms.clock.now_s()
+        control = Control(bool(self._own_modes), status.flight_mode in self._own_modes, self._pursuing)
+        active = {*conditions_of(self._rooms, self._loop, control, now_s), *self._wishes}
+        verdict = self._failsafe.step(now_s, active)
+        self._loop.held = verdict.state is State.HOLD
+        if verdict.is_new:
+            self._obey(verdict)
+
+    def _obey(self, verdict: Verdict) -> None:
+        """Record the failsafe's new state and, where it ends the mission more than it is ended already, end it."""
+        row = verdict.row
+        if row is None:
+            self._rooms.journal.event("info", "failsafe", "NORMAL: nothing is wrong any more", state="NORMAL")
+            return
+        reason = f"{row.condition}: {self._wishes.get(row.condition) or self._detail(row.condition)}"
+        text = f"{verdict.state.name} because of {reason}"
+        self._rooms.journal.event("warning", "failsafe", text, state=verdict.state.name, condition=row.condition, by=row.by)
+        if verdict.state is State.PILOT:
             self._give_up_control()
-            text = f"{status.flight_mode}: the pilot or the autopilot's failsafe has control"
-            raise InterruptedMission(Next.RELEASE, Outcome.ABORTED, text)
-        if self._own_modes and not status.connected and not self._link_lost:
-            self._link_lost = True
-            raise InterruptedMission(Next.LAND, Outcome.FAULT, "autopilot link lost: no heartbeat for 3 s")
-        if self._loop.in_offboard and not status.armed:
-            self._give_up_control()
-            raise InterruptedMission(Next.RELEASE, Outcome.FAULT, "disarmed in flight")
-        if self._wanted is not None:
-            wanted, self._wanted = self._wanted, None
-            raise wanted
-        if self._loop.failure is not None and not self._failure_handled:
-            self._failure_handled = True
-            raise InterruptedMission(Next.LAND, Outcome.FAULT, f"control loop failed: {self._loop.failure}")
-        if self._pursuing and self._loop.planner_failure is not None:
-            raise InterruptedMission(Next.LAND, Outcome.FAULT, f"planner failed: {self._loop.planner_failure}")
-        perception = self._loop.perception
-        if self._pursuing and perception is not None and perception.failure is not None:
-            raise InterruptedMission(Next.LAND, Outcome.FAULT, f"perception failed: {perception.failure}")
+        elif verdict.state <= max(State.HOLD, self._doing):
+            return
+        outcome = Outcome.ABORTED if row.condition in PERSONS else Outcome.FAULT
+        raise InterruptedMission(ACTIONS[verdict.state], outcome, reason)
+
+    def _detail(self, condition: Condition) -> str:
+        """What exactly is wrong, where more is known than the condition's name."""
+        loop, status = self._loop, self._rooms.autopilot.status()
+        failure = None if loop.perception is None else loop.perception.failure
+        known = {
+            Condition.PILOT_HAS_CONTROL: f"{status.flight_mode}: the pilot or the autopilot's failsafe has control",
+            Condition.LINK_LOST: "autopilot link lost: no heartbeat for 3 s",
+            Condition.DISARMED_IN_FLIGHT: "disarmed in flight",
+            Condition.LOOP_FAILED: f"control loop failed: {loop.failure}",
+            Condition.PLANNER_FAILED: f"planner failed: {loop.planner_failure}",
+            Condition.CAMERA_LOST: "" if failure is None else f"perception failed: {failure}",
+            Condition.RECORDING_FAILED: str(self._rooms.journal.recording_error),
+        }
+        demand = "" if loop.demand is None else loop.demand.reason
+        return known.get(condition) or demand or HOW[condition]
 
     def _take_control(self, *modes: str) -> None:
         """The autopilot acknowledged `modes`; the mode it had counts as the app's own until a heartbeat can show the new one."""
@@ -404,8 +452,10 @@ class Executive:
         self._loop.in_offboard = False
         self._loop.guidance = Guidance.NONE
 
-    def _want(self, action: Next, reason: str) -> None:
-        self._wanted = InterruptedMission(action, Outcome.ABORTED, reason)
+    def _want(self, condition: Condition, reason: str) -> None:
+        """A person's wish, from now on and anew."""
+        self._failsafe.renew(condition)
+        self._wishes[condition] = reason
 
     def _enter(self, phase: str, reason: str) -> None:
         self._loop.phase = phase

@@ -25,6 +25,11 @@ class Journal:
         self._clock = clock
         self._log = logging.getLogger(vehicle)
 
+    @property
+    def recording_error(self) -> str | None:
+        """Why nothing is recorded any more; None while all is well."""
+        return self._recorder.error
+
     def event(self, level: str, name: str, text: str, **data: object) -> None:
         """Record an event and print it as a line."""
         now_s = self._clock.now_s()

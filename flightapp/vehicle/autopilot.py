@@ -131,6 +131,10 @@ class Autopilot(Protocol):
 
     async def land(self) -> None: ...
 
+    async def terminate(self) -> None:
+        """End the flight at once: motors off, parachute where there is one."""
+        ...
+
     def take_status_texts(self) -> list[tuple[float, str, str]]:
         """(arrival, severity, text) since the last call."""
         ...

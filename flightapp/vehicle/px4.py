@@ -188,6 +188,9 @@ class Px4:
     async def land(self) -> None:
         await self._command("land", self._action.land_async)
 
+    async def terminate(self) -> None:
+        await self._command("terminate", self._action.terminate_async)
+
     def take_status_texts(self) -> list[tuple[float, str, str]]:
         texts = []
         while self._texts:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from flightapp.safety.failsafe.table import TABLE, Condition, Row, State
+from flightapp.safety.failsafe.table import TABLE, WISHES, Condition, Row, State
 
 RELEASE_S = 1.0
 """A HOLD or DEGRADED ends when nothing has asked for it for this long: no flapping."""
@@ -32,7 +32,7 @@ class Failsafe:
       wish is over, a newer one wins again.
     """
 
-    def __init__(self, rows: Sequence[Row] = TABLE, wishes: Collection[Condition] = ()) -> None:
+    def __init__(self, rows: Sequence[Row] = TABLE, wishes: Collection[Condition] = WISHES) -> None:
         self._rows = tuple(rows)
         self._wishes = frozenset(wishes)
         self._since_s: dict[Condition, float] = {}
@@ -60,6 +60,10 @@ class Failsafe:
             self._overruled_s = t_s
         self._state, self._row, self._entered_s = state, row, t_s
         return Verdict(state, row, is_new=True)
+
+    def renew(self, condition: Condition) -> None:
+        """A person asks again: from now on `condition` counts as new."""
+        self._since_s.pop(condition, None)
 
     def in_effect(self, t_s: float) -> list[Row]:
         """The rows whose condition has lasted long enough, in the table's order."""

@@ -6,7 +6,7 @@ effect the most severe wins (see `machine`). The order of `State` is the order o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum, StrEnum
 
 
@@ -66,7 +66,7 @@ class Condition(StrEnum):
     FLEET_SILENT = "fleet_silent"
     TEAMMATE_SILENT = "teammate_silent"
     RECORDING_FAILED = "recording_failed"
-    CLOCK_JUMPED = "clock_jumped"
+    CLOCKS_DISAGREE = "clocks_disagree"
 
 
 HOW: dict[Condition, str] = {
@@ -94,7 +94,7 @@ HOW: dict[Condition, str] = {
     Condition.FLEET_SILENT: "no other vehicle of the fleet is heard",
     Condition.TEAMMATE_SILENT: "a teammate is not heard within safety.team_state_age_max_s",
     Condition.RECORDING_FAILED: "the recorder cannot write: disk full or gone",
-    Condition.CLOCK_JUMPED: "the machine's clock was set, so that shared states carry wrong times",
+    Condition.CLOCKS_DISAGREE: "a teammate's states are stamped in the future",
 }
 
 
@@ -110,6 +110,19 @@ class Row:
     by: By = By.APP
     pilot_may_override: bool = True
 
+
+PERSONS = frozenset(
+    (
+        Condition.PILOT_HAS_CONTROL,
+        Condition.OPERATOR_ABORT,
+        Condition.OPERATOR_LAND,
+        Condition.OPERATOR_RETURN,
+        Condition.OPERATOR_HOLD,
+    )
+)
+"""What a person wants, as against what is broken."""
+WISHES = PERSONS - {Condition.PILOT_HAS_CONTROL, Condition.OPERATOR_HOLD}
+"""Wishes for which the app takes control again from a pilot who took it before."""
 
 TABLE: tuple[Row, ...] = (
     Row(Condition.PILOT_HAS_CONTROL, 0.0, State.PILOT, "a person is never fought"),
@@ -145,6 +158,18 @@ TABLE: tuple[Row, ...] = (
     Row(Condition.FLEET_SILENT, 10.0, State.RETURN, "the network does not come back"),
     Row(Condition.RECORDING_FAILED, 0.0, State.DEGRADED, "the flight is safe, but its record is not"),
     Row(Condition.RECORDING_FAILED, 10.0, State.RETURN, "a test flight without a record is not worth its risk"),
-    Row(Condition.CLOCK_JUMPED, 0.0, State.HOLD, "the ages of shared states are wrong"),
-    Row(Condition.CLOCK_JUMPED, 5.0, State.RETURN, "the clocks do not agree again"),
+    Row(Condition.CLOCKS_DISAGREE, 0.0, State.HOLD, "the ages of shared states are wrong"),
+    Row(Condition.CLOCKS_DISAGREE, 5.0, State.RETURN, "they do not agree again"),
 )
+
+
+def table_for(outside_action: State) -> tuple[Row, ...]:
+    """The table with what the mission does outside the contingency volume; a termination is not the pilot's to override."""
+    overridable = outside_action is not State.TERMINATE
+    changed = {Condition.FENCE_OUTSIDE: (outside_action, overridable)}
+    return tuple(
+        replace(row, action=changed[row.condition][0], pilot_may_override=changed[row.condition][1])
+        if row.condition in changed
+        else row
+        for row in TABLE
+    )

@@ -156,6 +156,9 @@ class VirtualAutopilot:
     async def land(self) -> None:
         await self._command("land", mavlink.MAV_CMD_NAV_LAND)
 
+    async def terminate(self) -> None:
+        await self._command("terminate", mavlink.MAV_CMD_DO_FLIGHTTERMINATION, 1)
+
     def send(self, setpoint: Setpoint) -> None:
         north, east, down = (float(value) for value in setpoint.velocity_ned_m_s)
         if not math.isfinite(north + east + down + setpoint.yaw_rad):
