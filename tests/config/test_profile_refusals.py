@@ -23,6 +23,8 @@ CASES: dict[str, tuple[tuple[str, ...], Any, list[str]]] = {
     "slow deadman": (("control", "deadman_timeout_s"), 2.0, ["control.deadman_timeout_s = 2.0", "must be at most 0.45"]),
     "negative separation": (("safety", "separation_min_m"), -1.0, ["safety.separation_min_m = -1.0", "must be greater than 0"]),
     "unknown guard": (("safety", "separation_max_m"), 2.0, ["safety.separation_max_m = 2.0", "did you mean 'separation_min_m'?"]),
+    "depth faster than cameras": (("recording", "depth_rate_hz"), 120, ["recording.depth_rate_hz = 120", "must be at most 90"]),
+    "no depth pixel left": (("recording", "depth_stride"), 0, ["recording.depth_stride = 0", "must be at least 1"]),
     "infinite age": (("safety", "own_state_age_max_s"), float("inf"), ["safety.own_state_age_max_s = inf", "finite number"]),
 }
 
