@@ -79,7 +79,7 @@ class Stage:
 
 def all_trials(seed: int, quick: bool) -> list[Trial]:
     """Every trial of a measurement; a quick one takes a few of each kind."""
-    widths, distances, repeats = ((0.05, 0.5, 2.0), (2.0, 4.0, 8.0), 2) if quick else (WIDTHS_M, DISTANCES_M, 16)
+    widths, distances, repeats = ((0.05, 0.5, 2.0), (2.0, 4.0, 8.0), 2) if quick else (WIDTHS_M, DISTANCES_M, 8)
     seeds = iter(range(seed * 1_000_000, (seed + 1) * 1_000_000))
     trials = [Trial("width", GOOD, w, d, next(seeds)) for w in widths for d in distances for _ in range(repeats)]
     for condition in CONDITIONS:
@@ -87,7 +87,7 @@ def all_trials(seed: int, quick: bool) -> list[Trial]:
             continue
         moving = condition.speed_m_s > 0.0
         starts = (_APPROACH_FROM_M,) if moving else (4.0,) if quick else (3.0, 5.0, 7.0)
-        times = 1 if quick else 6 if moving else 3
+        times = 1 if quick else 3 if moving else 2
         for width in (0.05, 0.5) if quick else (0.05, 0.1, 0.5):
             for distance in starts:
                 frames = _approach_frames(condition) if moving else FRAMES
