@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import gc
 import multiprocessing
 import sys
 import tempfile
@@ -158,6 +159,8 @@ async def measure(rate_hz: float, seconds: float) -> None:
             if loop.perception.failure is not None:
                 raise SystemExit(loop.perception.failure)
             await asyncio.sleep(0.05)
+        gc.collect()
+        gc.freeze()
         task = asyncio.create_task(loop.run())
         machine.start()
         await follow_target(filtered, clock, WARM_UP_S)
