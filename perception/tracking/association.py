@@ -33,6 +33,7 @@ _F8, _I8, _B1 = numba.types.float64, numba.types.int64, numba.types.boolean
 _ASSOCIATE = numba.void(
     TRACKS_TYPE, _F8, _F8[:, ::1], _F8[::1], _B1[::1], _F8, _F8, RULES_TYPE, _F8[::1], _I8[:, ::1], _I8[::1], _B1[::1]
 )
+_INHERIT = numba.void(TRACKS_TYPE, _I8[::1], _I8[::1], _F8[::1], TRACKS_TYPE)
 _RECONCILE = numba.void(
     TRACKS_TYPE,
     _F8,
@@ -64,26 +65,27 @@ def associate(  # type: ignore[no-untyped-def]
     for i in range(discs.shape[0]):
         track_of[i] = NEW
         is_isolated[i] = True
-        for k in range(discs.shape[0]):
-            gap = math.hypot(discs[i, 0] - discs[k, 0], discs[i, 1] - discs[k, 1]) - discs[i, 2] - discs[k, 2]
-            if k != i and gap < _ISOLATION_M:
-                is_isolated[i] = False
-                break
         if not is_whole[i]:
             continue
+        for k in range(discs.shape[0]):
+            north, east, reach = discs[i, 0] - discs[k, 0], discs[i, 1] - discs[k, 1], discs[i, 2] + discs[k, 2] + _ISOLATION_M
+            if k != i and north * north + east * east < reach * reach:
+                is_isolated[i] = False
+                break
         sight_north, sight_east = discs[i, 0] - camera_north, discs[i, 1] - camera_east
         distance = max(math.hypot(sight_north, sight_east), 1e-6)
         cos, sin = sight_north / distance, sight_east / distance
         least = _POSITION_SIGMA_MIN_M**2 + (_SHAPE_SIGMA * discs[i, 2]) ** 2
         along = sigma_m[i] ** 2 + least
         across = (math.radians(rule.bearing_error_deg) * distance) ** 2 + least
+        furthest = rule.association_m + 2.0 * math.sqrt(max(along, across)) + _FIRST_STEP_M_S * _FIRST_STEP_S
         for j in range(tracks.shape[0]):
             track = tracks[j]
             north, east = discs[i, 0] - track.now_north_m, discs[i, 1] - track.now_east_m
-            step = _FIRST_STEP_M_S * min(t_s - track.updated_s, _FIRST_STEP_S)
-            if math.hypot(north, east) > rule.association_m + step + 2.0 * math.sqrt(max(along, across)):
+            if abs(north) > furthest or abs(east) > furthest or track.is_whole == 0 or track.is_withheld == 1:
                 continue
-            if track.is_whole == 0 or track.is_withheld == 1:
+            step = _FIRST_STEP_M_S * min(t_s - track.updated_s - _FIRST_STEP_S, 0.0)
+            if math.hypot(north, east) > furthest + step:
                 continue
             larger = max(track.radius_m, discs[i, 2])
             if abs(track.radius_m - discs[i, 2]) > _RADIUS_GATE_M + _RADIUS_GATE_FRACTION * larger:
@@ -136,10 +138,14 @@ def reconcile(  # type: ignore[no-untyped-def]
         if track.seen_s == t_s:
             continue
         in_pieces = track.is_whole == 0 or t_s - track.updated_s > _IN_PIECES_S
+        now_north, now_east = track.now_north_m, track.now_east_m
+        reach = track.radius_m + rule.association_m + _CONTAINED_M
         for i in range(discs.shape[0]):
-            sight_north, sight_east = discs[i, 0] - camera_north, discs[i, 1] - camera_east
-            north, east = discs[i, 0] - track.now_north_m, discs[i, 1] - track.now_east_m
-            gap = _gap_m(north, east, sight_north, sight_east, sigma_m[i])
+            north, east = discs[i, 0] - now_north, discs[i, 1] - now_east
+            furthest = reach + discs[i, 2] + _NOISE_SIGMAS * sigma_m[i]
+            if abs(north) > furthest or abs(east) > furthest:
+                continue
+            gap = _gap_m(north, east, discs[i, 0] - camera_north, discs[i, 1] - camera_east, sigma_m[i])
             growth = discs[i, 2] - track.radius_m
             is_new = track_of[i] == NEW
             is_fuller = growth >= 0.0 or (disc_in_view[i] and (is_whole[i] or track.is_whole == 0))
@@ -160,9 +166,11 @@ def reconcile(  # type: ignore[no-untyped-def]
                 continue
             if disc_in_view[i] and (track.is_whole == 0 or is_whole[i]):
                 continue
-            sight_north, sight_east = discs[i, 0] - camera_north, discs[i, 1] - camera_east
             north, east = discs[i, 0] - track.now_north_m, discs[i, 1] - track.now_east_m
-            gap = _gap_m(north, east, sight_north, sight_east, sigma_m[i])
+            furthest = track.now_radius_m + _CONTAINED_M + _NOISE_SIGMAS * sigma_m[i]
+            if abs(north) > furthest or abs(east) > furthest:
+                continue
+            gap = _gap_m(north, east, discs[i, 0] - camera_north, discs[i, 1] - camera_east, sigma_m[i])
             # A moving one may be anywhere in its grown disc; but then it was not seen where it is, and stays as large.
             radius_m = track.radius_m if track.is_moving == 0 else track.now_radius_m
             if gap <= _CONTAINED_M + radius_m - discs[i, 2]:
@@ -172,3 +180,20 @@ def reconcile(  # type: ignore[no-untyped-def]
                     track.hits += 1
                     track.confidence = 1.0 - (1.0 - track.confidence) * (1.0 - confidence[i] / 2)
                 break
+
+
+@numba.njit(_INHERIT, cache=True, nogil=True, error_model="numpy")
+def inherit(tracks, heir_of, new, confidence, added):  # type: ignore[no-untyped-def]
+    """Fill in how well known are the tracks `added` of the sighted discs `new`, from the tracks that gave way to them."""
+    for j in range(tracks.shape[0]):
+        if heir_of[j] < 0:
+            continue
+        for k in range(new.shape[0]):
+            if new[k] == heir_of[j]:
+                added[k].hits = max(added[k].hits, tracks[j].hits)
+                added[k].confidence = max(added[k].confidence, tracks[j].confidence)
+                added[k].first_s = min(added[k].first_s, tracks[j].first_s)
+                break
+    for k in range(new.shape[0]):
+        added[k].hits += 1
+        added[k].confidence = 1.0 - (1.0 - added[k].confidence) * (1.0 - confidence[new[k]] / 2)

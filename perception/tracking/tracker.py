@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from perception.parameters import PerceptionParameters
 from perception.sighting import Sighting
-from perception.tracking.association import NEW, associate, reconcile
+from perception.tracking.association import NEW, associate, inherit, reconcile
+from perception.tracking.lifetime import compact, outlive, usable, withhold
 from perception.tracking.motion import correct, predict, start
+from perception.tracking.report import report
 from perception.tracking.sight import look
 from perception.tracking.tracks import TRACK, Records, rules_of
 
@@ -21,8 +23,6 @@ _LATE_MAX_S = 0.2
 """A frame older than the newest by less than this comes late; by more, the clock was set back."""
 _BETWEEN_FRAMES_S = 0.3
 """Tracks are kept for this long even if nothing is to be remembered, or else nothing could prove to move."""
-_ESTABLISHED_S = 1.0
-"""What stood still for so long outlives an exclusion that covers it."""
 _CONFIRMED_HITS = 3
 """A disc that was seen so often is forgotten only after so many frames that look through it; one seen once, at once."""
 
@@ -55,6 +55,9 @@ class DiscTracker:
         self._tracks = np.zeros(TRACKS_MAX, TRACK)
         self._costs = np.zeros(_PAIRS_MAX)
         self._pairs = np.zeros((_PAIRS_MAX, 2), np.int64)
+        self._kept = np.zeros(TRACKS_MAX, np.bool_)
+        self._memory_s = max(parameters.memory_s, _BETWEEN_FRAMES_S)
+        self._memory_moving_s = min(self._memory_s, max(parameters.memory_moving_s, _BETWEEN_FRAMES_S))
         self.clear()
 
     def clear(self) -> None:
@@ -68,15 +71,18 @@ class DiscTracker:
         sighting: what it showed, None if it showed nothing. exclude: (k, 3) north_m, east_m, radius_m of teammates and the
         target; no disc is reported whose centre lies in one, and only what stood there before them is remembered.
         """
+        exclude = np.ascontiguousarray(exclude, np.float64)
         is_late = self._is_late(t_s)
         if not is_late:
             self._newest_s = t_s
-            self._expire()
-        tracks = self._tracks[: self._count]
-        predict(tracks, self._newest_s, self._rules)
+            kept = self._kept[: self._count]
+            outlive(self._tracks[: self._count], t_s, self._memory_s, self._memory_moving_s, kept)
+            self._keep(kept)
+        predict(self._tracks[: self._count], self._newest_s, self._rules)
         self._withhold(exclude)
         if sighting is not None and not is_late:
             self._see(_usable(sighting, exclude))
+            self._withhold(exclude)
         return self._report()
 
     def _is_late(self, t_s: float) -> bool:
@@ -91,26 +97,11 @@ class DiscTracker:
             tracks[field] -= back_s
         return False
 
-    def _expire(self) -> None:
-        """Drop tracks that were not seen for too long; moving ones sooner, and counted from when they were seen as a whole."""
-        tracks = self._tracks[: self._count]
-        memory_s = max(self._parameters.memory_s, _BETWEEN_FRAMES_S)
-        moving_s = min(memory_s, max(self._parameters.memory_moving_s, _BETWEEN_FRAMES_S))
-        is_moving = tracks["is_moving"] == 1
-        keep = self._newest_s - tracks["seen_s"] <= memory_s
-        keep &= ~is_moving | (self._newest_s - tracks["updated_s"] <= moving_s)
-        self._keep(keep)
-
     def _withhold(self, exclude: NDArray[np.float64]) -> None:
         """Mark tracks inside an exclusion; drop them unless they stood there for some time."""
-        tracks = self._tracks[: self._count]
-        if not len(exclude) or not self._count:
-            tracks["is_withheld"] = 0
-            return
-        inside = _is_inside(tracks["now_north_m"], tracks["now_east_m"], exclude)
-        tracks["is_withheld"] = inside
-        is_established = (tracks["is_moving"] == 0) & (tracks["seen_s"] - tracks["first_s"] >= _ESTABLISHED_S)
-        self._keep(~inside | is_established)
+        kept = self._kept[: self._count]
+        withhold(self._tracks[: self._count], self._newest_s, exclude, kept)
+        self._keep(kept)
 
     def _see(self, sighting: Sighting) -> None:
         """Bring the tracks up to date with what was seen."""
@@ -135,7 +126,8 @@ class DiscTracker:
         correct(
             tracks, t_s, discs, sighting.sigma_m, sighting.confidence, track_of, is_isolated, camera_north, camera_east, rules
         )
-        known = np.column_stack([tracks["now_north_m"], tracks["now_east_m"], tracks["radius_m"]])
+        known = np.empty((len(tracks), 3))
+        known[:, 0], known[:, 1], known[:, 2] = tracks["now_north_m"], tracks["now_east_m"], tracks["radius_m"]
         known_sigma_m = np.sqrt(np.maximum(tracks["now_covariance"][:, 0, 0], tracks["now_covariance"][:, 1, 1]))
         track_in_view, seen_through = look(view, known, known_sigma_m, self._parameters.surface_tolerance_m)
         disc_in_view, _ = look(view, discs, sighting.sigma_m, self._parameters.surface_tolerance_m)
@@ -168,15 +160,7 @@ class DiscTracker:
         start(added, self._newest_s, sighting.discs, sighting.sigma_m, new, float(camera[0]), float(camera[1]), self._rules)
         added["first_s"] = added["seen_s"] = self._newest_s
         added["is_whole"] = sighting.is_whole[new]
-        for j in np.flatnonzero(heir_of >= 0):
-            k = int(np.searchsorted(new, heir_of[j]))
-            if k < len(new) and new[k] == heir_of[j]:
-                before = self._tracks[j]
-                added["hits"][k] = max(added["hits"][k], before["hits"])
-                added["confidence"][k] = max(added["confidence"][k], before["confidence"])
-                added["first_s"][k] = min(added["first_s"][k], before["first_s"])
-        added["hits"] += 1
-        added["confidence"] = 1 - (1 - added["confidence"]) * (1 - sighting.confidence[new] / 2)
+        inherit(self._tracks[: self._count], heir_of, new, sighting.confidence, added)
         return added
 
     def _append(self, added: Records) -> None:
@@ -192,51 +176,42 @@ class DiscTracker:
         self._count += len(added)
 
     def _keep(self, keep: NDArray[np.bool_]) -> None:
-        if not keep.all():
-            kept = self._tracks[: self._count][keep]
-            self._count = len(kept)
-            self._tracks[: self._count] = kept
+        self._count = compact(self._tracks[: self._count], keep)
 
     def _report(self) -> TrackedDiscs:
         """What is known, without what is withheld or older than the memory allows."""
-        tracks = self._tracks[: self._count]
-        age_s = self._newest_s - tracks["seen_s"]
-        shown = (tracks["is_withheld"] == 0) & (age_s <= self._parameters.memory_s)
-        tracks, age_s = tracks[shown], age_s[shown]
-        is_moving = tracks["is_moving"] == 1
-        discs = np.zeros((len(tracks), 5))
-        discs[:, 0] = np.where(is_moving, tracks["now_north_m"], tracks["north_m"])
-        discs[:, 1] = np.where(is_moving, tracks["now_east_m"], tracks["east_m"])
-        growth_m_s = np.where(is_moving, self._parameters.memory_growth_moving_m_s, self._parameters.memory_growth_m_s)
-        discs[:, 2] = tracks["radius_m"] + growth_m_s * age_s
-        discs[:, 3] = np.where(is_moving, tracks["v_north_m_s"], 0.0)
-        discs[:, 4] = np.where(is_moving, tracks["v_east_m_s"], 0.0)
-        fades_s = np.where(is_moving, self._parameters.memory_moving_s, self._parameters.memory_s)
-        left = 1 - age_s / np.maximum(fades_s, _BETWEEN_FRAMES_S)
-        return TrackedDiscs(discs, age_s, tracks["confidence"] * np.clip(left, 0.0, 1.0))
+        discs, age_s, confidence = np.empty((self._count, 5)), np.empty(self._count), np.empty(self._count)
+        shown = report(
+            self._tracks[: self._count],
+            self._newest_s,
+            self._parameters.memory_s,
+            self._memory_moving_s,
+            self._rules,
+            discs,
+            age_s,
+            confidence,
+        )
+        return TrackedDiscs(discs[:shown], age_s[:shown], confidence[:shown])
 
 
 def _usable(sighting: Sighting, exclude: NDArray[np.float64]) -> Sighting:
-    """The finite discs outside every exclusion, at most as many as can be kept, nearest first."""
-    discs = sighting.discs
-    wanted = np.isfinite(discs).all(axis=1)
-    if len(exclude):
-        wanted &= ~_is_inside(discs[:, 0], discs[:, 1], exclude)
-    chosen = np.flatnonzero(wanted)
-    if len(chosen) > TRACKS_MAX:
-        camera = sighting.view.camera.position_ned_m
-        gap = np.hypot(discs[chosen, 0] - camera[0], discs[chosen, 1] - camera[1]) - discs[chosen, 2]
-        chosen = chosen[np.argsort(gap, kind="stable")[:TRACKS_MAX]]
+    """The finite discs outside every exclusion, at most as many as can be kept, nearest first; all arrays contiguous."""
+    discs = np.ascontiguousarray(sighting.discs, np.float64)
+    wanted = np.empty(len(discs), np.bool_)
+    number = usable(discs, exclude, wanted)
+    columns = (discs, sighting.sigma_m, sighting.confidence, sighting.is_whole)
+    if number < len(discs):
+        chosen = np.flatnonzero(wanted)
+        columns = (discs[chosen], sighting.sigma_m[chosen], sighting.confidence[chosen], sighting.is_whole[chosen])
+    if number > TRACKS_MAX:
+        camera, discs = sighting.view.camera.position_ned_m, columns[0]
+        gap = np.hypot(discs[:, 0] - camera[0], discs[:, 1] - camera[1]) - discs[:, 2]
+        chosen = np.argsort(gap, kind="stable")[:TRACKS_MAX]
+        columns = (discs[chosen], columns[1][chosen], columns[2][chosen], columns[3][chosen])
     return Sighting(
-        np.ascontiguousarray(discs[chosen], np.float64),
-        sighting.sigma_m[chosen],
-        sighting.confidence[chosen],
-        sighting.is_whole[chosen],
+        np.ascontiguousarray(columns[0], np.float64),
+        np.ascontiguousarray(columns[1], np.float64),
+        np.ascontiguousarray(columns[2], np.float64),
+        np.ascontiguousarray(columns[3], np.bool_),
         sighting.view,
     )
-
-
-def _is_inside(north_m: NDArray[np.float64], east_m: NDArray[np.float64], exclude: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(n,) whether each place lies in one of the circles (k, 3)."""
-    gap = np.hypot(north_m[:, None] - exclude[:, 0], east_m[:, None] - exclude[:, 1])
-    return np.asarray((gap <= exclude[:, 2]).any(axis=1), np.bool_)
