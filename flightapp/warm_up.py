@@ -22,6 +22,7 @@ WHOLE = (
     "flightapp.sim.batch",
     "perception.synthetic.depth_renderer",
     "perception.tracking.tracker",
+    "perception.extraction.extractor",
     "flightapp.planning.evasion.avoidance",
     "flightapp.safety.supervisor",
     "flightapp.planning.evasion.voronoi_cell",

@@ -34,7 +34,9 @@ class PerceptionParameters(BaseModel):
     cell_m: float = Field(default=0.12, ge=0.02, le=1)
     """Depth of a grouping cell at short range; further away it grows with the depth noise."""
     visible_height_min_m: float = Field(default=0.2, gt=0, le=5)
-    """Surfaces that show less than this in height are not kept."""
+    """Surfaces that show less than this in height are not kept, unless they go on to the side."""
+    thin_height_min_m: float = Field(default=0.04, gt=0, le=5)
+    """Level things, such as a branch, are kept if they show this much in height over several bearing bins."""
     visible_area_min_m2: float = Field(default=0.02, gt=0, le=5)
     """Connected surfaces that show less than this are speckle. Pixels needed fall with distance squared and stride squared."""
     pixels_min: int = Field(default=12, ge=1, le=10000)
@@ -57,8 +59,8 @@ class PerceptionParameters(BaseModel):
     """Fraction of the height band at `look_distance_m` that must be in the picture for a bearing to count as seen."""
     ground_return_fraction_min: float = Field(default=0.2, gt=0, le=1)
     """Where the ground must be in range, a bearing counts as seen only if at least this fraction of its pixels returned."""
-    sky_hold_s: float = Field(default=0.5, ge=0, le=10)
-    """An empty frame in which no ground was to be expected counts as open sky for this long after the last good frame."""
+    return_fraction_min: float = Field(default=0.014, gt=0, le=1)
+    """A bearing counts as seen only if at least this fraction of all its pixels returned: of 60 degrees in height, 0.8."""
     frozen_frames_max: int = Field(default=10, ge=0, le=1000)
     """This many frames in a row with the very same pixels mean a frozen camera; 0 switches the check off."""
 

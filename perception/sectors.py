@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,10 +17,6 @@ WHOLE_CIRCLE = np.array([[-math.pi, math.pi]])
 _EDGES_RAD = np.linspace(-math.pi / 2, math.pi / 2, 361)
 """Borders of the half-degree sectors in front of the camera, relative to its heading; what lies behind is never seen."""
 _HEIGHTS = 12
-_GROUND_STEP_PX = 8
-_GROUND_SECTOR_RAD = math.radians(5)
-_GROUND_RANGE_FRACTION = 0.95
-_GROUND_PIXELS_MIN = 8
 
 
 def in_view(
@@ -30,58 +27,30 @@ def in_view(
     A sector is in view if both its borders are: at `look_distance_m`, at least `look_fraction_min` of the band lies in the
     picture. What is nearer shows less of the band, what is further shows more.
     """
-    distance = parameters.look_distance_m
-    ahead, aside = distance * np.cos(_EDGES_RAD), distance * np.sin(_EDGES_RAD)
-    offset = (np.arange(_HEIGHTS) + 0.5) / _HEIGHTS * 2 - 1
-    down = vehicle_down_m + offset * parameters.band_m - float(camera.position_ned_m[2])
-    level = camera.level
-    # Optical coordinates (361, heights): the level frame's axes forward, right, down are the rows of `level`.
-    z = (level[0, 2] * ahead + level[1, 2] * aside)[:, None] + level[2, 2] * down
-    x = (level[0, 0] * ahead + level[1, 0] * aside)[:, None] + level[2, 0] * down
-    y = (level[0, 1] * ahead + level[1, 1] * aside)[:, None] + level[2, 1] * down
-    in_front = z > 1e-6
-    z = np.where(in_front, z, 1.0)
-    u, v = intrinsics.fx_px * x / z + intrinsics.cx_px, intrinsics.fy_px * y / z + intrinsics.cy_px
-    inside = in_front & (u >= 0) & (u <= intrinsics.width_px - 1) & (v >= 0) & (v <= intrinsics.height_px - 1)
-    seen: NDArray[np.bool_] = inside.mean(axis=1) >= parameters.look_fraction_min
+    k = intrinsics
+    lens = np.array([k.fx_px, k.fy_px, k.cx_px, k.cy_px, k.width_px - 1, k.height_px - 1])
+    seen = np.empty(len(_EDGES_RAD), np.bool_)
+    above_m = vehicle_down_m - float(camera.position_ned_m[2])
+    look = (parameters.look_distance_m, parameters.band_m, parameters.look_fraction_min)
+    _borders_in_view(_EDGES_RAD, camera.level, lens, above_m, *look, seen)
     return seen[:-1] & seen[1:]
 
 
-class GroundCheck:
-    """Where the ground must have been seen but nothing was: is the lens covered?
-
-    A depth camera returns nothing both for the open sky and from behind a finger. What lies below the horizon decides: where
-    the known height and attitude put the ground within range, something must return, the ground or what stands before it.
-    """
-
-    def __init__(self, parameters: PerceptionParameters, range_max_m: float) -> None:
-        self._fraction_min = parameters.ground_return_fraction_min
-        self._depth_max_m = _GROUND_RANGE_FRACTION * range_max_m
-
-    def blind(
-        self, depth: NDArray[np.uint16], intrinsics: Intrinsics, camera: CameraPose, ground_down_m: float | None
-    ) -> tuple[NDArray[np.bool_], bool]:
-        """(360,) half-degree sectors ahead in which the ground should have returned and did not; whether any ground was due."""
-        blind = np.zeros(len(_EDGES_RAD) - 1, np.bool_)
-        if ground_down_m is None:
-            return blind, False
-        level, step = camera.level, _GROUND_STEP_PX
-        x = (np.arange(step // 2, intrinsics.width_px, step) - intrinsics.cx_px) / intrinsics.fx_px
-        y = ((np.arange(step // 2, intrinsics.height_px, step) - intrinsics.cy_px) / intrinsics.fy_px)[:, None]
-        down = level[2, 0] * x + level[2, 1] * y + level[2, 2]
-        height_m = ground_down_m - float(camera.position_ned_m[2])
-        due = down * self._depth_max_m >= max(height_m, 1e-3)
-        if not due.any():
-            return blind, False
-        ahead, aside = level[0, 0] * x + level[0, 1] * y + level[0, 2], level[1, 0] * x + level[1, 1] * y + level[1, 2]
-        bearing = np.arctan2(aside[due], ahead[due])
-        sectors = round(math.pi / _GROUND_SECTOR_RAD)
-        number = np.clip(((bearing + math.pi / 2) / _GROUND_SECTOR_RAD).astype(np.intp), 0, sectors - 1)
-        wanted = np.bincount(number, minlength=sectors)
-        returned = np.bincount(number, depth[step // 2 :: step, step // 2 :: step][due] > 0, sectors)
-        empty = (wanted >= _GROUND_PIXELS_MIN) & (returned < self._fraction_min * wanted)
-        is_due = bool((wanted >= _GROUND_PIXELS_MIN).any())
-        return np.repeat(empty, len(blind) // sectors), is_due
+@numba.njit("void(f8[::1],f8[:,::1],f8[::1],f8,f8,f8,f8,b1[::1])", cache=True, nogil=True, error_model="numpy")
+def _borders_in_view(bearings, level, lens, middle, distance, band, fraction_min, seen):  # type: ignore[no-untyped-def]
+    """lens: fx, fy, cx, cy, largest column and row. middle: vehicle's altitude, metres below the camera."""
+    for i in range(bearings.shape[0]):
+        ahead, aside = distance * math.cos(bearings[i]), distance * math.sin(bearings[i])
+        inside = 0
+        for j in range(_HEIGHTS):
+            down = middle + ((j + 0.5) / _HEIGHTS * 2 - 1) * band
+            # Optical coordinates: the level frame's axes forward, right, down are the rows of `level`.
+            z = level[0, 2] * ahead + level[1, 2] * aside + level[2, 2] * down
+            if z > 1e-6:
+                u = lens[2] + lens[0] * (level[0, 0] * ahead + level[1, 0] * aside + level[2, 0] * down) / z
+                v = lens[3] + lens[1] * (level[0, 1] * ahead + level[1, 1] * aside + level[2, 1] * down) / z
+                inside += 0.0 <= u <= lens[4] and 0.0 <= v <= lens[5]
+        seen[i] = inside >= fraction_min * _HEIGHTS
 
 
 def unseen_sectors(seen: NDArray[np.bool_], heading_rad: float) -> NDArray[np.float64]:
