@@ -24,6 +24,8 @@ _NEAR_PLANE_M = 0.1
 _EDGE_PX = 4000
 _BAR_WIDTH_PX = 128
 _STRIP_HEIGHT_PX = 10
+LABELS_MAX = 16
+"""The nearest discs get labels; more would hide the picture."""
 
 
 def draw_depth_panel(shot: Shot, *, band_m: float, range_max_m: float, view_range_m: float) -> Picture:
@@ -46,7 +48,7 @@ def draw_depth_panel(shot: Shot, *, band_m: float, range_max_m: float, view_rang
         if (box := boxes[int(i)]) is not None:
             low, high = (box[0] + left, box[1] + top), (box[2] + left, box[3] + top)
             _draw_box(panel, bare, low, high, disc_colour(float(shot.obstacles.age_s[i])))
-    for i in order:
+    for i in order[:LABELS_MAX]:
         if (box := boxes[int(i)]) is not None:
             _label(
                 labels,

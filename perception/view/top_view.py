@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from perception.view.depth_panel import PANEL_HEIGHT_PX
+from perception.view.depth_panel import LABELS_MAX, PANEL_HEIGHT_PX
 from perception.view.lettering import BLACK, Colour, Labels, Picture, text_width_px, write
 from perception.view.palette import EXCLUDED, REMEMBERED, REMEMBERED_AGE_S, SEEN_NOW, UNSEEN, VEHICLE, VELOCITY, disc_colour
 from perception.view.shot import Shot, gap_m
@@ -52,7 +52,7 @@ def draw_top_view(shot: Shot, height_slice: HeightSlice, *, range_m: float) -> P
         _outline_disc(view, shot, i)
     _draw_vehicle(view, shot)
     _draw_compass_and_scale(view, shot, range_m)
-    for i in order:
+    for i in order[:LABELS_MAX]:
         _label_disc(view, shot, i)
     _draw_legend(view.picture)
     return view.picture
@@ -194,7 +194,7 @@ def _label_disc(view: _Paper, shot: Shot, i: int) -> None:
     outward = 1 if centre[0] >= view.origin[0] else -1
     offsets = [
         (round(x * grow), round(y * grow))
-        for grow in (1.0, 1.5, 2.1, 3.0)
+        for grow in (1.0, 1.5, 2.1)
         for x, y in (
             (outward * aside, 0),
             (-outward * aside, 0),
