@@ -127,9 +127,9 @@ def reconcile(  # type: ignore[no-untyped-def]
     """Settle what association left over, so that one thing has one disc.
 
     A track that an observed disc contains gives way to it; so does one wholly in view that lies close to a disc which is not
-    known otherwise, and a glimpse that touches a whole object. A disc cut off by the edge of the view, or a part of an object, that lies in what a track already covers
-    becomes KNOWN and the track counts as seen. Out: track_of (m,) NEW or KNOWN where there is no track; heir_of (n,) index of the
-    disc that each track gives way to, -1 where it stays.
+    known otherwise, and a glimpse that touches a whole object. A disc cut off by the edge of the view, or a part of an object,
+    that lies in what a track already covers becomes KNOWN and the track counts as seen. Out: track_of (m,) NEW or KNOWN where
+    there is no track; heir_of (n,) index of the disc that each track gives way to, -1 where it stays.
     """
     rule = rules[0]
     for j in range(tracks.shape[0]):
