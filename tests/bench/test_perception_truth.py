@@ -24,6 +24,8 @@ from flightapp.config.profile import load_profile
 from perception.synthetic.flaws import Cover, Flaws
 from perception.types import PerceivedObstacles
 
+pytestmark = pytest.mark.timeout(400)
+"""Several processes start here; with an empty kernel cache on a busy machine each of them compiles first."""
 ROOT = Path(__file__).parents[2]
 PROFILE = load_profile(ROOT / "profiles/sim.toml")
 HERE = np.zeros(2)

@@ -52,7 +52,7 @@ CONDITIONS = (
     Condition("10 % holes", flaws=Flaws(hole_fraction=0.1)),
     Condition("30 % holes", flaws=Flaws(hole_fraction=0.3)),
     Condition("40 speckles a frame", flaws=Flaws(speckles=40)),
-    Condition("glare over the middle", flaws=Flaws(glare=Glare(424.0, 240.0, 100.0))),
+    Condition("glare over the middle", flaws=Flaws(glare=Glare(424.0, 240.0, 200.0))),
     Condition("lens covered, middle third", flaws=Flaws(cover=Cover(left=0.33, right=0.67))),
     Condition("lens covered, upper half", flaws=Flaws(cover=Cover(bottom=0.5))),
     Condition("lens covered, whole", flaws=Flaws(cover=Cover())),

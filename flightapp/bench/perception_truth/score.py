@@ -85,7 +85,8 @@ def score_trial(trial: Trial, profile: Profile) -> Score:
         told = _told(flown, t_s, condition, error_rad)
         perceived = pipeline.process(DepthFrame(t_s, number, depth, DEPTH_UNIT_M, intrinsics), told)
         false_before = _add(score, perceived, flown.body_at(t_s), true_pose, false_before)
-        if condition.flaws.cover is None and condition.flaws.glare is None:
+        is_told_true = not condition.pose_error_deg and not condition.pose_delay_s
+        if is_told_true and condition.flaws.cover is None and condition.flaws.glare is None:
             _add_sectors(score, perceived, true_camera, true_pose, intrinsics, profile.perception.band_m)
     return score
 

@@ -25,6 +25,9 @@ def print_perception(result: dict[str, Any]) -> None:
     console.print(_moving(result["moving"]))
     console.print(_aims(result["aims"]))
     _print_false_free(console, result["false_free"])
+    needless = result["sectors"]["inside_reported_unseen"]
+    if needless is not None:
+        console.print(f"Of the bearings wholly in the picture {100 * needless:.2f} % were reported unseen.", highlight=False)
     if result["picture"]:
         console.print(f"picture: {result['picture']}", highlight=False)
 
@@ -109,7 +112,9 @@ def _aims(rows: list[dict[str, Any]]) -> Table:
         table.add_column(heading, justify="left" if heading in ("what", "verdict") else "right")
     for row in rows:
         sign = ">=" if row["at_least"] else "<="
-        table.add_row(row["name"], _number(row["value"], 3), f"{sign} {row['aim']:g}", row["verdict"])
+        table.add_row(
+            row["name"], "" if row["value"] is None else f"{row['value']:.3g}", f"{sign} {row['aim']:g}", row["verdict"]
+        )
     return table
 
 

@@ -29,6 +29,8 @@ _BEARING_MAX_RAD = math.radians(18)
 _APPROACH_FROM_M = 9.5
 _PASS_AT_M = 1.2
 _YAW_RATE_RAD_S = 0.3
+_YAW_RATE_WITHOUT_NOISE_RAD_S = 0.05
+"""The very same pixels again and again would be taken for a frozen camera, and rightly so."""
 _TREES = 40
 
 
@@ -129,7 +131,8 @@ def stage(trial: Trial) -> Stage:
         east = (_PASS_AT_M + radius) * (1.0 if random.integers(2) else -1.0)
         north = distance + radius
     pole = np.array([[north, east, radius, _POLE_HEIGHT_M]])
-    return Stage(Scene(cylinders=np.concatenate([pole, trees])), Body.upright(north, east, radius), start, 0.0)
+    yaw_rate = 0.0 if condition.noise else _YAW_RATE_WITHOUT_NOISE_RAD_S
+    return Stage(Scene(cylinders=np.concatenate([pole, trees])), Body.upright(north, east, radius), start, yaw_rate)
 
 
 def _approach_frames(condition: Condition) -> int:
