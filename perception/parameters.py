@@ -59,8 +59,8 @@ class PerceptionParameters(BaseModel):
     """Fraction of the height band at `look_distance_m` that must be in the picture for a bearing to count as seen."""
     ground_return_fraction_min: float = Field(default=0.2, gt=0, le=1)
     """Where the ground must be in range, a bearing counts as seen only if at least this fraction of its pixels returned."""
-    return_fraction_min: float = Field(default=0.014, gt=0, le=1)
-    """A bearing counts as seen only if at least this fraction of all its pixels returned: of 60 degrees in height, 0.8."""
+    return_fraction_min: float = Field(default=0.005, gt=0, le=1)
+    """A bearing counts as seen only if at least this fraction of all its pixels returned: of 60 degrees in height, 0.3."""
     frozen_frames_max: int = Field(default=10, ge=0, le=1000)
     """This many frames in a row with the very same pixels mean a frozen camera; 0 switches the check off."""
 

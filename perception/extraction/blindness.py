@@ -3,7 +3,7 @@
 A depth camera returns nothing from the open sky, from behind a finger and out of the glare of the sun. What counts as seen is
 decided by bearing, for three bearing bins (two degrees) at a time:
 
-- At least one pixel in seventy of the whole column, from the top to the bottom of the picture, must return a distance up to
+- At least one pixel in two hundred of the whole column, from the top to the bottom of the picture, must return a distance up to
   30 m: the ground, a tree, the noisy distance. A column without any return proves nothing and is unseen.
 - Where the ground is due within range, a fifth of the pixels must return, the ground or what stands before it.
 - Where the ground is due between there and 25 m, a column that returns far less than the others do there is unseen.
