@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from flightapp.core.types import ObstacleSet, TargetTrack, TeamMember
+from flightapp.core.types import Array, ObstacleSet, TargetTrack, TeamMember
 from flightapp.safety.api import SafetyContext
 
 DISC_NUMBERS = 5
@@ -26,27 +26,28 @@ def usable(context: SafetyContext) -> SafetyContext:
     changes: dict[str, object] = {}
     previous, battery = context.previous, context.battery_fraction
     obstacles = context.obstacles
-    if not (_all_finite(obstacles.discs[:, :DISC_NUMBERS]) and _all_finite(obstacles.unseen)):
+    if not (bool((np.abs(obstacles.discs[:, :DISC_NUMBERS]) < FAR_M).all()) and _are_usable(obstacles.unseen.ravel())):
         changes |= {"obstacles": ObstacleSet(obstacles.t_s, np.zeros((0, 7)), ALL_AROUND), "obstacles_age_s": math.inf}
     team = tuple(_known_age(member) for member in context.team if _is_usable(member))
     if len(team) != len(context.team) or any(one is not other for one, other in zip(team, context.team, strict=True)):
         changes["team"] = team
     if context.target is not None and not _is_usable(context.target):
         changes["target"] = None
-    if previous is not None and not (_all_finite(previous.velocity_ned_m_s) and math.isfinite(previous.yaw_rad)):
+    if previous is not None and not (_are_usable(previous.velocity_ned_m_s) and math.isfinite(previous.yaw_rad)):
         changes["previous"] = None
     if battery is not None and not 0.0 <= battery <= 1.0:
         changes["battery_fraction"] = None
     return dataclasses.replace(context, **changes) if changes else context  # type: ignore[arg-type]
 
 
-def _all_finite(numbers: np.ndarray) -> bool:
-    return bool((np.abs(numbers) < FAR_M).all())
+def _are_usable(numbers: Array) -> bool:
+    """Of a few numbers, (n,): a sum is NaN or infinite when one of them is. NumPy takes five times as long to say so."""
+    return sum(map(abs, numbers.tolist())) < FAR_M
 
 
 def _is_usable(known: TeamMember | TargetTrack) -> bool:
     state = known.state if isinstance(known, TeamMember) else known
-    return _all_finite(state.position_ned_m) and _all_finite(state.velocity_ned_m_s)
+    return _are_usable(state.position_ned_m) and _are_usable(state.velocity_ned_m_s)
 
 
 def _known_age(member: TeamMember) -> TeamMember:

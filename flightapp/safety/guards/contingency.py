@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from flightapp.core.types import Setpoint
+from flightapp.core.types import Setpoint, VehicleState
 from flightapp.safety.api import Action, Demand, GuardVerdict, SafetyContext
 from flightapp.safety.duration import Duration
 from flightapp.safety.guards.setpoints import with_velocity
@@ -51,6 +51,8 @@ class ContingencyGuard:
         self._holding = False
         self._ended = ""
         self._standing: Demand | None = None
+        self._judged_own: VehicleState | None = None
+        self._beyond_now_m = (0.0, 0.0)
 
     def check(self, setpoint: Setpoint, context: SafetyContext) -> GuardVerdict:
         beyond = max(self._beyond_m(context))
@@ -81,9 +83,12 @@ class ContingencyGuard:
         return None
 
     def _beyond_m(self, context: SafetyContext) -> tuple[float, float]:
-        """How far outside the polygon and how far above the top; negative inside."""
-        north, east, down = context.own.position_ned_m.tolist()
-        return -self._flight.seen_from(north, east, 0.0).inside_m, -down - self._top_m
+        """How far outside the polygon and how far above the top; negative inside. Kept for the second asking in one period."""
+        if self._judged_own is not context.own:
+            north, east, down = context.own.position_ned_m.tolist()
+            self._beyond_now_m = -self._flight.seen_from(north, east, 0.0).inside_m, -down - self._top_m
+            self._judged_own = context.own
+        return self._beyond_now_m
 
     def _is_outside(self, planar_m: float, above_m: float, context: SafetyContext) -> bool:
         if above_m > self._above_m:
