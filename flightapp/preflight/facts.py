@@ -34,7 +34,7 @@ class TeammateFacts:
     mission_digest: str
     system_id: int | None
     clock_ahead_s: float
-    """How far its stamps are ahead of this machine's time; link latency makes it smaller."""
+    """How far the stamps of its quickest message were ahead of this machine's time; link latency makes it smaller."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ class Gatherer:
         self._began_s = rooms.clock.now_s()
         self._parameters: dict[str, float | None] = {}
         self._frames_at_first: tuple[float, int] | None = None
+        self._ahead_s: dict[str, float] = {}
 
     @property
     def needed(self) -> tuple[Needed, ...]:
@@ -84,5 +85,6 @@ class Gatherer:
             if state is None:
                 found.append(TeammateFacts(name, None, "", None, 0.0))
             else:
-                found.append(TeammateFacts(name, now_s - state.t_s, state.mission, state.system_id, peer.ahead_s))
+                self._ahead_s[name] = max(peer.ahead_s, self._ahead_s.get(name, peer.ahead_s))
+                found.append(TeammateFacts(name, now_s - state.t_s, state.mission, state.system_id, self._ahead_s[name]))
         return found
