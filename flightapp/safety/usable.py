@@ -42,7 +42,7 @@ def usable(context: SafetyContext) -> SafetyContext:
 
 def _are_usable(numbers: Array) -> bool:
     """Of a few numbers, (n,): a sum is NaN or infinite when one of them is. NumPy takes five times as long to say so."""
-    return sum(map(abs, numbers.tolist())) < FAR_M
+    return bool(sum(map(abs, numbers.tolist())) < FAR_M)
 
 
 def _is_usable(known: TeamMember | TargetTrack) -> bool:
