@@ -27,8 +27,19 @@ from flightapp.vehicle.pose_history import PoseHistory
 
 ANSWER_S = 2.0
 REPEAT_S = 0.05
+STARTING_S = 1.5
+"""So long after the wish for OFFBOARD a heartbeat with another mode does not end the repeats."""
 CONNECTION_LOST_S = 3.0
 VELOCITY_AND_YAW = 2503
+ORDERS = (
+    mavlink.MAV_CMD_COMPONENT_ARM_DISARM,
+    mavlink.MAV_CMD_NAV_TAKEOFF,
+    mavlink.MAV_CMD_DO_SET_MODE,
+    mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,
+    mavlink.MAV_CMD_NAV_LAND,
+    mavlink.MAV_CMD_DO_FLIGHTTERMINATION,
+)
+"""Commands that arm, disarm or change the mode."""
 TELEMETRY_HZ = 50.0
 MODE_NAMES = {Mode.RTL: "RETURN_TO_LAUNCH"}
 LANDED_NAMES = {0: "UNKNOWN", 1: "ON_GROUND", 2: "IN_AIR", 3: "TAKING_OFF", 4: "LANDING"}
@@ -60,8 +71,13 @@ class VirtualAutopilot:
         self._waiting: dict[tuple[str, object], asyncio.Future[Any]] = {}
         self._setpoint: bytes | None = None
         self._setpoint_s = -math.inf
+        self._offboard_asked_s = -math.inf
         self.sent: list[tuple[float, Setpoint]] = []
         """Every setpoint of the app with its time: for what is checked afterwards."""
+        self.transmitted_s: list[float] = []
+        """When a setpoint went out, repeats included."""
+        self.commands: list[tuple[float, str]] = []
+        """Every command to arm or to change the mode, by what it wants, with its time."""
 
     def receive(self, packet: bytes) -> None:
         """Bytes from the autopilot."""
@@ -75,7 +91,7 @@ class VirtualAutopilot:
         now_s = self._clock.now_s()
         if self._setpoint is not None and now_s - self._setpoint_s >= REPEAT_S:
             self._setpoint_s = now_s
-            self._transmit(self._setpoint)
+            self._transmit_setpoint(self._setpoint)
 
     def silence(self) -> None:
         """The process has died: nothing is repeated any more."""
@@ -148,6 +164,7 @@ class VirtualAutopilot:
 
     async def start_offboard(self) -> None:
         main, sub = Mode.OFFBOARD.value
+        self._offboard_asked_s = self._clock.now_s()
         await self._command("OFFBOARD", mavlink.MAV_CMD_DO_SET_MODE, 1, main, sub)
 
     async def return_to_launch(self) -> None:
@@ -170,7 +187,7 @@ class VirtualAutopilot:
             *(0, 0, 0, north, east, down, 0, 0, 0, setpoint.yaw_rad, 0),
         )
         self._setpoint, self._setpoint_s = message.pack(self._packer), now_s
-        self._transmit(self._setpoint)
+        self._transmit_setpoint(self._setpoint)
 
     def take_status_texts(self) -> list[tuple[float, str, str]]:
         texts = list(self._texts)
@@ -179,6 +196,10 @@ class VirtualAutopilot:
 
     def close(self) -> None:
         self.silence()
+
+    def _transmit_setpoint(self, packet: bytes) -> None:
+        self.transmitted_s.append(self._clock.now_s())
+        self._transmit(packet)
 
     def _transmit(self, packet: bytes) -> None:
         self._packer.seq = (self._packer.seq + 1) % 256
@@ -193,6 +214,8 @@ class VirtualAutopilot:
 
     async def _command(self, what: str, command: int, *values: float) -> None:
         parameters = (*values, *(0.0,) * (7 - len(values)))
+        if command in ORDERS:
+            self.commands.append((self._clock.now_s(), what))
         answer = asyncio.get_running_loop().create_future()
         self._waiting["COMMAND_ACK", command] = answer
         self._transmit(mavlink.MAVLink_command_long_message(self._system_id, 1, command, 0, *parameters).pack(self._packer))
@@ -213,7 +236,7 @@ class VirtualAutopilot:
         self._mode = "UNKNOWN" if mode is None else MODE_NAMES.get(mode, mode.name)
         self._armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
         self._heartbeat_s = self._clock.now_s()
-        if mode is not Mode.OFFBOARD and self._clock.now_s() - self._setpoint_s > REPEAT_S:
+        if mode is not Mode.OFFBOARD and self._heartbeat_s - self._offboard_asked_s > STARTING_S:
             self._setpoint = None
 
     def _on_attitude(self, message: Any) -> None:

@@ -45,6 +45,7 @@ from flightapp.sim.virtual.autopilot import VirtualAutopilot
 from flightapp.sim.virtual.camera import VirtualCamera
 from flightapp.sim.virtual.event_loop import VirtualClock, VirtualEventLoop
 from flightapp.sim.virtual.network import VirtualNetwork
+from flightapp.sim.virtual.rendered_camera import RenderedSource, perception_of
 from flightapp.sim.world import World
 from flightapp.vehicle.pose_history import PoseHistory
 
@@ -62,6 +63,8 @@ class VirtualVehicle:
     faults: FaultEngine
     autopilot: VirtualAutopilot
     camera: VirtualCamera | None
+    rendered: RenderedSource | None
+    """The source of real depth pictures, where these are flown by instead of `camera`."""
     rooms: Rooms
     recorder: Recorder
     executive: Executive
@@ -122,15 +125,29 @@ def fly_virtual(
     strategies: dict[str, Planner] | None = None,
     change_profile: Callable[[Profile], Profile] | None = None,
     time_limit_s: float = TIME_LIMIT_S,
+    rendered: bool = False,
 ) -> VirtualFleet:
     """Fly `mission_path` to its end. Recordings go to `run`, which must exist.
 
+    rendered: obstacles come from depth pictures through perception, not from the mission.
     faults: script of each vehicle's autopilot. watch: called after every step. strategies: planners in place of the mission's.
     """
     loop = VirtualEventLoop()
     try:
         return loop.run_until_complete(
-            _fly(loop, mission_path, profile_path, run, seed, faults or {}, watch, strategies or {}, change_profile, time_limit_s)
+            _fly(
+                loop,
+                mission_path,
+                profile_path,
+                run,
+                seed,
+                faults or {},
+                watch,
+                strategies or {},
+                change_profile,
+                time_limit_s,
+                rendered,
+            )
         )
     finally:
         loop.close()
@@ -147,12 +164,13 @@ async def _fly(
     strategies: dict[str, Planner],
     change_profile: Callable[[Profile], Profile] | None,
     time_limit_s: float,
+    rendered: bool,
 ) -> VirtualFleet:
     mission, profile = load_mission(mission_path), load_profile(profile_path)
     profile = profile if change_profile is None else change_profile(profile)
     clock = VirtualClock(event_loop)
     network = VirtualNetwork(event_loop.call_later)
-    builder = _Builder(mission, mission_path, profile, run, seed, clock, network)
+    builder = _Builder(mission, mission_path, profile, run, seed, clock, network, rendered)
     fleet = VirtualFleet(mission, clock, network, {}, World(mission.obstacles))
     for index, vehicle in enumerate(mission.vehicles):
         script = faults.get(vehicle.name, FaultScript())
@@ -185,12 +203,22 @@ async def _physics(fleet: VirtualFleet, watch: Watch | None) -> None:
             one.autopilot.repeat()
             for packet in one.station.step():
                 one.autopilot.receive(packet)
-            if one.camera is not None and steps % camera_steps[one.name] == 0 and one.camera.shoot() and not one.hung:
-                one.loop.wake_from_thread()
+            _see(fleet, one, picture_due=steps % camera_steps[one.name] == 0)
         if watch is not None:
             watch(fleet)
         steps += 1
         await asyncio.sleep(STEP_S)
+
+
+def _see(fleet: VirtualFleet, one: VirtualVehicle, *, picture_due: bool) -> None:
+    """The camera of one vehicle, and its perception thread where there are real pictures."""
+    if one.camera is not None and picture_due and one.camera.shoot() and not one.hung:
+        one.loop.wake_from_thread()
+    if one.rendered is not None and one.loop.perception is not None:
+        if picture_due:
+            one.rendered.shoot(one.station.core, [other.station.core for other in fleet.vehicles.values() if other is not one])
+        if not one.hung:
+            one.loop.perception.step()
 
 
 async def _flight(one: VirtualVehicle) -> None:
@@ -253,6 +281,7 @@ class _Builder:
     seed: int
     clock: VirtualClock
     network: VirtualNetwork
+    rendered: bool
 
     def build(self, index: int, vehicle: Vehicle, script: FaultScript, strategy: Planner | None) -> VirtualVehicle:
         mission, profile, clock, name = self.mission, self.profile, self.clock, vehicle.name
@@ -302,8 +331,12 @@ class _Builder:
         executive = Executive(rooms)
         loop = ControlLoop(rooms, executive.on_command)
         executive.attach(loop)
-        camera = None
+        camera, source = None, None
         if vehicle.camera and profile.camera.source != "none":
-            camera = VirtualCamera(rooms.surveyed.discs, profile.camera.range_max_m, history, clock)
-            loop.perception = cast(PerceptionThread, camera)
-        return VirtualVehicle(vehicle, station, faults, autopilot, camera, rooms, recorder, executive, loop, events)
+            if self.rendered:
+                source = RenderedSource(mission, profile, clock, self.seed * 1000 + vehicle.system_id)
+                loop.perception = perception_of(source, vehicle, profile, history, clock, loop.wake_from_thread)
+            else:
+                camera = VirtualCamera(rooms.surveyed.discs, profile.camera.range_max_m, history, clock)
+                loop.perception = cast(PerceptionThread, camera)
+        return VirtualVehicle(vehicle, station, faults, autopilot, camera, source, rooms, recorder, executive, loop, events)
