@@ -5,8 +5,8 @@
 
 In real time one after the other, every vehicle a process of its own. With --virtual on a virtual clock, several at once and
 whatever else the machine does: the same application with the mock autopilot and rendered depth pictures, without MAVSDK and
-Zenoh. With ideal sensing the pursuers know the mission's obstacles without a picture. A contact is a true clearance to an obstacle
-at or below zero, or two pursuers closer than 1 m. Exit status 1 unless every run was a capture without contact.
+Zenoh. With ideal sensing the pursuers know the obstacles of the mission without a picture. A contact is a true clearance to an
+obstacle at or below zero, or two pursuers closer than 1 m. Exit status 1 unless every run was a capture without contact.
 """
 
 from __future__ import annotations
