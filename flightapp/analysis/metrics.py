@@ -35,6 +35,7 @@ def vehicle_figures(vehicle: VehicleRun, world: World | None) -> Figures:
     pursuit, offboard = vehicle.phases.window(("pursue",)), vehicle.phases.window(OFFBOARD)
     pursued = _part(vehicle.track, pursuit)
     setpoints = timing.within(recording.topic("/setpoint"), offboard)
+    gap = timing.setpoint_gap_ms(setpoints)
     decisions = timing.within(recording.topic("/decision"), offboard)
     latencies = timing.decision_latency_ms(decisions)
     events = recording.topic("/event").texts("level")
@@ -52,7 +53,9 @@ def vehicle_figures(vehicle: VehicleRun, world: World | None) -> Figures:
         ),
         "frame_to_setpoint_ms": timing.spread(timing.frame_to_setpoint_ms(setpoints)),
         "setpoint_rate_hz": timing.setpoint_rate_hz(setpoints),
-        "setpoint_gap_max_ms": timing.setpoint_gap_max_ms(setpoints),
+        "setpoint_gap_p50_ms": gap["p50"],
+        "setpoint_gap_p99_ms": gap["p99"],
+        "setpoint_gap_max_ms": gap["p100"],
         "cpu_fraction": timing.mean_and_max(recording.topic("/health").column("cpu_fraction")),
         "memory_mb": timing.mean_and_max(recording.topic("/health").column("memory_mb")),
         "dropped": timing.dropped(recording),

@@ -37,6 +37,7 @@ def summarise(run: Run) -> Summary:
         **metrics.boundary_figures(run),
         **metrics.fleet_latencies(run),
         "setpoint_rate_hz": _least(pursuers, "setpoint_rate_hz"),
+        "setpoint_gap_p99_ms": _greatest(list(vehicles.values()), "setpoint_gap_p99_ms"),
         "setpoint_gap_max_ms": _greatest(list(vehicles.values()), "setpoint_gap_max_ms"),
         "cpu_fraction": _load(vehicles, "cpu_fraction"),
         "memory_mb": _load(vehicles, "memory_mb"),

@@ -63,10 +63,9 @@ def setpoint_rate_hz(setpoints: Series) -> float | None:
     return (len(times) - 1) / float(times[-1] - times[0]) if len(times) >= 2 and times[-1] > times[0] else None
 
 
-def setpoint_gap_max_ms(setpoints: Series) -> float | None:
-    """Longest time between two setpoints that follow each other."""
-    times = _times(setpoints)
-    return float(np.diff(times).max()) * 1e3 if len(times) >= 2 else None
+def setpoint_gap_ms(setpoints: Series) -> Spread:
+    """Time between two setpoints that follow each other: median, 99th percentile and the longest."""
+    return spread(np.diff(_times(setpoints)) * 1e3, ("p50", "p99", "p100"))
 
 
 def dropped(recording: Recording) -> int | None:

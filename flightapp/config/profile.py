@@ -60,6 +60,8 @@ class Control(Strict):
     """Silence of the control loop after which the deadman kills the vehicle process."""
     altitude_gain_1_s: float = Field(default=1.0, gt=0, le=5)
     """Climb rate per metre of altitude error: PX4's velocity mode does not hold altitude by itself."""
+    acceleration_feed_forward: bool = False
+    """Whether the planner's acceleration, where it gives one, is sent beside the velocity."""
 
 
 def _is_host_and_port(address: str) -> bool:

@@ -179,6 +179,10 @@ class Health:
     """Worst lateness of the control loop since the previous sample."""
     recording_dropped: int
     setpoints_sent: int
+    setpoint_gap_p50_ms: float | None = None
+    """Time between setpoints that follow each other, since the previous sample; null where none followed another."""
+    setpoint_gap_p99_ms: float | None = None
+    setpoint_gap_max_ms: float | None = None
 
 
 @dataclass(slots=True)

@@ -25,6 +25,7 @@ from flightapp.runtime.rooms import Rooms
 from flightapp.runtime.teamwork import Teamwork
 from flightapp.safety.api import Demand, SafetyContext
 from flightapp.vehicle.autopilot import Motion
+from flightapp.vehicle.gap_meter import GapMeter
 
 STATUS_PERIOD_S = 1.0
 TEAM_PERIOD_S = 0.1
@@ -88,6 +89,7 @@ class ControlLoop:
         self._status_recorded_s = -math.inf
         self._status_seen: tuple[str, bool, str, bool] | None = None
         self._lateness_max_s = 0.0
+        self._gaps = GapMeter()
         self._target_sequence = -1
         self._obstacles = ObstacleSet(0.0, np.zeros((0, 7)), np.array([[-math.pi, math.pi]]))
         self._clearance_m: float | None = None
@@ -170,6 +172,7 @@ class ControlLoop:
                 self._command(now_s, dt_s, _moved_to(motion.state, now_s), now_s - motion.arrived_s, new_frame)
             else:
                 self._guards = ()
+                self._gaps.pause()
             self._publish(now_s, motion, status.armed and status.landed_state != "ON_GROUND")
         self._record_slow(now_s)
 
@@ -199,6 +202,7 @@ class ControlLoop:
         rooms.autopilot.send(setpoint)
         sent_s = rooms.clock.now_s()
         self.setpoints_sent += 1
+        self._gaps.note(sent_s)
         self._previous = setpoint
         self._guards = tuple(name for name, _ in supervised.acting)
         clearance = clearance_m(own.position_ned_m[:2], self._obstacles.discs, rooms.limits.body_radius_m)
@@ -243,7 +247,8 @@ class ControlLoop:
         self._yaw_rad = decision.yaw_rad
         velocity = decision.velocity_ned_m_s.astype(np.float64, copy=True)
         velocity[2] += self._hover.down_velocity_m_s(own)
-        return Setpoint(velocity, decision.yaw_rad)
+        forward = decision.acceleration_ned_m_s2 if rooms.profile.control.acceleration_feed_forward else None
+        return Setpoint(velocity, decision.yaw_rad, forward)
 
     def obstacles_age_s(self, now_s: float) -> float:
         """Since the newest obstacle picture was true."""
@@ -343,7 +348,7 @@ class ControlLoop:
             rooms.journal.battery(battery, now_s)
         memory_mb = self._process.memory_info().rss / 1e6
         cpu = self._process.cpu_percent() / 100.0
-        rooms.journal.health(cpu, memory_mb, self._lateness_max_s, self.setpoints_sent, now_s)
+        rooms.journal.health(cpu, memory_mb, self._lateness_max_s, self.setpoints_sent, self._gaps.take(), now_s)
         self._lateness_max_s = 0.0
 
 

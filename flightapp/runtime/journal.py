@@ -13,6 +13,7 @@ from flightapp.recording import messages
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.perception_thread import Perceived
 from flightapp.vehicle.autopilot import BatteryState, Motion, Status
+from flightapp.vehicle.gap_meter import Gaps
 
 LEVELS = {"info": logging.INFO, "warning": logging.WARNING, "error": logging.ERROR}
 
@@ -167,10 +168,28 @@ class Journal:
     def battery(self, battery: BatteryState, now_s: float) -> None:
         self._recorder.log("/battery", messages.Battery(now_s, battery.voltage_v, battery.remaining_fraction), now_s)
 
-    def health(self, cpu_fraction: float, memory_mb: float, lateness_max_s: float, setpoints: int, now_s: float) -> None:
+    def health(
+        self,
+        cpu_fraction: float,
+        memory_mb: float,
+        lateness_max_s: float,
+        setpoints: int,
+        gaps: Gaps | None,
+        now_s: float,
+    ) -> None:
         self._recorder.log(
             "/health",
-            messages.Health(now_s, cpu_fraction, memory_mb, lateness_max_s * 1e3, self._recorder.dropped, setpoints),
+            messages.Health(
+                now_s,
+                cpu_fraction,
+                memory_mb,
+                lateness_max_s * 1e3,
+                self._recorder.dropped,
+                setpoints,
+                None if gaps is None else gaps.p50_ms,
+                None if gaps is None else gaps.p99_ms,
+                None if gaps is None else gaps.max_ms,
+            ),
             now_s,
         )
 

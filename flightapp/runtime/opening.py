@@ -88,7 +88,14 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
             lambda peer, text: journal.event("warning", "network", text, peer=peer),
         )
         history = PoseHistory()
-        autopilot = Px4(profile.autopilot, vehicle.system_id, mission.datum.as_point(), clock, history)
+        autopilot = Px4(
+            profile.autopilot,
+            vehicle.system_id,
+            mission.datum.as_point(),
+            clock,
+            history,
+            acceleration_feed_forward=profile.control.acceleration_feed_forward,
+        )
         stack.callback(autopilot.close)
         rooms = Rooms(
             clock=clock,

@@ -77,6 +77,7 @@ def test_timing(summary: Summary) -> None:
     assert summary["frame_to_setpoint_ms"] == {"p50": pytest.approx(31.0, abs=0.01), "p99": pytest.approx(31.0, abs=0.01)}
     assert summary["setpoint_rate_hz"] == pytest.approx(30.0, abs=0.1)
     assert summary["setpoint_gap_max_ms"] == pytest.approx(1000 / 30, abs=0.1)
+    assert summary["setpoint_gap_p99_ms"] == pytest.approx(1000 / 30, abs=0.1)
     assert summary["decision_latency_ms"]["coarse"]["p50"] == pytest.approx(0.8, abs=0.1)
     assert summary["decision_latency_ms"]["fine"]["p50"] == pytest.approx(3.1, abs=0.1)
     assert summary["vehicles"]["e1"]["perception_latency_ms"] == {"p50": None, "p99": None}
