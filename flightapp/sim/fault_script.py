@@ -275,11 +275,19 @@ class FaultEngine:
     """Plays a script: which fault acts on a target now."""
 
     def __init__(self, script: FaultScript, *, seed: int, report: Report) -> None:
+        self._seed = seed
         self._report = report
         self.faults = [ActiveFault(index, fault, seed, report) for index, fault in enumerate(script.faults)]
         self._waiting = list(self.faults)
         self._running: list[ActiveFault] = []
         self._by_target: dict[str, ActiveFault] = {}
+
+    def add(self, fault: Fault) -> ActiveFault:
+        """One more fault while the script plays: for campaigns that choose the moment by what happens."""
+        active = ActiveFault(len(self.faults), fault, self._seed, self._report)
+        self.faults.append(active)
+        self._waiting.append(active)
+        return active
 
     def update(self, t_s: float, situation: Situation) -> None:
         """Begin and end faults."""
