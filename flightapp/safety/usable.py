@@ -41,7 +41,7 @@ def usable(context: SafetyContext) -> SafetyContext:
 
 
 def _are_usable(numbers: Array) -> bool:
-    """Of a few numbers, (n,): a sum is NaN or infinite when one of them is. NumPy takes five times as long to say so."""
+    """Of a few numbers, (n,): a sum is NaN or infinite when one of them is."""
     return bool(sum(map(abs, numbers.tolist())) < FAR_M)
 
 
