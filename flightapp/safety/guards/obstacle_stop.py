@@ -21,6 +21,8 @@ ACTUAL_WEIGHT = 20.0
 LAGGED_WEIGHT = 0.5
 """Where nothing can be braked in time any more, the line is chosen without the lag: that brakes more than it swerves."""
 VEHICLE_NEARBY_M = 0.5
+MOVING_M_S = 0.2
+"""What is said to be slower stands, as far as can be known."""
 
 
 class ObstacleStopGuard:
@@ -30,8 +32,9 @@ class ObstacleStopGuard:
     Among lines that touch the grown disc the one is taken that the wanted and the actual velocity break least, the actual one
     counting more: it is what must be braked. So a vehicle that passes beside a disc is left alone, however close and fast, and
     one that flies at it is braked, sliding past where it is free: the guard acts later than any planner that keeps a margin.
-    Discs that come closer are met with their closing speed taken off, down to a standstill; discs that move
-    away are given credit only where a teammate or the evader is known to be.
+    A disc that moves by itself is grown by `moving_obstacle_margin_m` more: whoever walks may turn. Discs that come closer are
+    met with their closing speed taken off, down to a standstill; discs that move away are given credit only where a teammate or
+    the evader is known to be.
     """
 
     name = "obstacle-stop"
@@ -65,6 +68,7 @@ class ObstacleStopGuard:
                     braking.deceleration_m_s2,
                     braking.lag_s,
                     braking.stop_m(fastest) + fastest * context.own_age_s,
+                    parameters.moving_obstacle_margin_m,
                 ]
             ),
         )
@@ -99,14 +103,14 @@ def _tangent_bounds(discs: Array, clearances: Array, vehicles: Array, motion: Ar
     """Rows (m, 4) of unit normal (north, east), bound m/s and clearance m, one for each disc within braking distance.
 
     motion: own position, own velocity, wanted velocity; scalars: growth of the discs m, age of the discs s, age of the own
-    state s, deceleration m/s2, lag s, stopping distance m that decides which discs are near.
+    state s, deceleration m/s2, lag s, stopping distance m that decides which discs are near, more growth of what moves m.
     """
-    grow, age, own_age, deceleration, lag, stop = scalars
+    grow, age, own_age, deceleration, lag, stop, moving = scalars
     rows = np.empty((len(discs), 4))
     count = 0
     for index in range(len(discs)):
         disc_n, disc_e = discs[index, 3], discs[index, 4]
-        if not clearances[index] < stop + grow + (abs(disc_n) + abs(disc_e)) * (1.0 + age):
+        if not clearances[index] < stop + grow + moving + (abs(disc_n) + abs(disc_e)) * (1.0 + age):
             continue
         radius = discs[index, 2] + grow
         offset_n = discs[index, 0] + age * disc_n - motion[0]
@@ -118,6 +122,8 @@ def _tangent_bounds(discs: Array, clearances: Array, vehicles: Array, motion: Ar
         for vehicle in range(len(vehicles)):
             gap_n, gap_e = discs[index, 0] - vehicles[vehicle, 0], discs[index, 1] - vehicles[vehicle, 1]
             known = known or math.hypot(gap_n, gap_e) < discs[index, 2] + VEHICLE_NEARBY_M
+        if not known and math.hypot(disc_n, disc_e) > MOVING_M_S:
+            radius += moving
         widest = math.acos(min(radius / distance, 1.0))
         least = math.inf
         for share in TANGENT_SHARES:
