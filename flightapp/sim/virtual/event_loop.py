@@ -50,12 +50,17 @@ class VirtualEventLoop(asyncio.SelectorEventLoop):
     def time(self) -> float:
         return self._virtual.now_s
 
+    def spend(self, duration_s: float) -> None:
+        """Time passes while a callback runs: a computation that takes long."""
+        self._virtual.now_s += duration_s
+
 
 class VirtualClock:
-    """The loop's time as fleet time."""
+    """The loop's time as fleet time, as one computer knows it: `offset_s` is what its clock is ahead of the others'."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
+        self.offset_s = 0.0
 
     def now_s(self) -> float:
-        return self._loop.time()
+        return self._loop.time() + self.offset_s

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from flightapp.sim.virtual.mission import VirtualFleet, VirtualVehicle
+from flightapp.sim.virtual.fleet import VirtualFleet, VirtualVehicle
 
 PURSUIT = "pursue"
 

@@ -9,22 +9,20 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
-
-import numpy as np
+from typing import cast
 
 from flightapp.config.mission import Mission, Vehicle, load_mission
 from flightapp.config.profile import Profile, load_profile
 from flightapp.core.errors import FlightError
-from flightapp.core.types import Array
 from flightapp.estimation.target_filter import TargetFilter
 from flightapp.fleet.team import Team
 from flightapp.planning.api import Planner
 from flightapp.recording.recorder import Recorder
+from flightapp.recording.sink import OpenFile, create_file
 from flightapp.runtime.composition import build_strategy, limits_of, surveyed_obstacles
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.executive import Executive
@@ -34,84 +32,22 @@ from flightapp.runtime.outcome import Outcome
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.rooms import Rooms
 from flightapp.safety.supervisor import make_supervisor
-from flightapp.sim.autopilot_core import STEP_S
 from flightapp.sim.autopilot_frames import Frames, displaced_origin
 from flightapp.sim.autopilot_parameters import Value
-from flightapp.sim.fault_script import FaultEngine, FaultScript
-from flightapp.sim.mavlink_io import Station
+from flightapp.sim.fault_script import FaultScript
 from flightapp.sim.mock_autopilot import Setup, frame_limits, make_station
 from flightapp.sim.multirotor import Wind
 from flightapp.sim.virtual.autopilot import VirtualAutopilot
 from flightapp.sim.virtual.camera import VirtualCamera
 from flightapp.sim.virtual.event_loop import VirtualClock, VirtualEventLoop
+from flightapp.sim.virtual.fleet import VirtualFleet, VirtualVehicle, Watch
 from flightapp.sim.virtual.network import VirtualNetwork
 from flightapp.sim.virtual.rendered_camera import RenderedSource, perception_of
-from flightapp.sim.world import World
 from flightapp.vehicle.pose_history import PoseHistory
 
 PARAMETERS: dict[str, Value] = {"COM_OBL_RC_ACT": 4, "COM_RC_OVERRIDE": 3, "COM_LOW_BAT_ACT": 3}
 DEADMAN_CHECK_S = 0.05
 TIME_LIMIT_S = 900.0
-
-
-@dataclass(slots=True)
-class VirtualVehicle:
-    """One vehicle with everything that a test or a fault may want to touch."""
-
-    vehicle: Vehicle
-    station: Station
-    faults: FaultEngine
-    autopilot: VirtualAutopilot
-    camera: VirtualCamera | None
-    rendered: RenderedSource | None
-    """The source of real depth pictures, where these are flown by instead of `camera`."""
-    rooms: Rooms
-    recorder: Recorder
-    executive: Executive
-    loop: ControlLoop
-    events: list[dict[str, object]]
-    tasks: list[asyncio.Task[Any]] = field(default_factory=list)
-    outcome: Outcome | None = None
-    error: str = ""
-    hung: bool = False
-    """The interpreter hangs: no tick, MAVSDK repeats, until the deadman acts."""
-
-    @property
-    def name(self) -> str:
-        return self.vehicle.name
-
-    @property
-    def position_ned_m(self) -> Array:
-        """True position."""
-        return np.array(self.station.core.vehicle.position_ned_m)
-
-    @property
-    def velocity_ned_m_s(self) -> Array:
-        return np.array(self.station.core.vehicle.velocity_ned_m_s)
-
-    @property
-    def is_flying(self) -> bool:
-        return self.station.core.armed and not self.station.core.vehicle.on_ground
-
-    def kill(self) -> None:
-        """SIGKILL of the vehicle process: tasks end without any last word, repeats end with them."""
-        for task in self.tasks:
-            task.cancel()
-        self.autopilot.silence()
-
-
-@dataclass(slots=True)
-class VirtualFleet:
-    """All vehicles of one mission. `after_step` is called every STEP_S of virtual time: observe, break, judge."""
-
-    mission: Mission
-    clock: VirtualClock
-    network: VirtualNetwork
-    vehicles: dict[str, VirtualVehicle]
-    world: World
-
-
-Watch = Callable[[VirtualFleet], None]
 
 
 def fly_virtual(
@@ -126,99 +62,60 @@ def fly_virtual(
     change_profile: Callable[[Profile], Profile] | None = None,
     time_limit_s: float = TIME_LIMIT_S,
     rendered: bool = False,
+    flown: Collection[str] | None = None,
+    open_file: OpenFile = create_file,
 ) -> VirtualFleet:
     """Fly `mission_path` to its end. Recordings go to `run`, which must exist.
 
-    rendered: obstacles come from depth pictures through perception, not from the mission.
     faults: script of each vehicle's autopilot. watch: called after every step. strategies: planners in place of the mission's.
+    rendered: obstacles come from depth pictures through perception, not from the mission.
+    flown: only these vehicles; the others' states are for `watch` to publish. open_file: the recorders' disk.
     """
-    loop = VirtualEventLoop()
-    try:
-        return loop.run_until_complete(
-            _fly(
-                loop,
-                mission_path,
-                profile_path,
-                run,
-                seed,
-                faults or {},
-                watch,
-                strategies or {},
-                change_profile,
-                time_limit_s,
-                rendered,
-            )
-        )
-    finally:
-        loop.close()
-
-
-async def _fly(
-    event_loop: VirtualEventLoop,
-    mission_path: Path,
-    profile_path: Path,
-    run: Path,
-    seed: int,
-    faults: dict[str, FaultScript],
-    watch: Watch | None,
-    strategies: dict[str, Planner],
-    change_profile: Callable[[Profile], Profile] | None,
-    time_limit_s: float,
-    rendered: bool,
-) -> VirtualFleet:
     mission, profile = load_mission(mission_path), load_profile(profile_path)
     profile = profile if change_profile is None else change_profile(profile)
-    clock = VirtualClock(event_loop)
-    network = VirtualNetwork(event_loop.call_later)
-    builder = _Builder(mission, mission_path, profile, run, seed, clock, network, rendered)
-    fleet = VirtualFleet(mission, clock, network, {}, World(mission.obstacles))
-    for index, vehicle in enumerate(mission.vehicles):
-        script = faults.get(vehicle.name, FaultScript())
-        fleet.vehicles[vehicle.name] = builder.build(index, vehicle, script, strategies.get(vehicle.name))
-    physics = asyncio.create_task(_physics(fleet, watch))
-    flights = [asyncio.create_task(_flight(one)) for one in fleet.vehicles.values()]
+    event_loop = VirtualEventLoop()
+
+    async def fly() -> VirtualFleet:
+        fleet = VirtualFleet(mission, event_loop, watch)
+        builder = _Builder(mission, mission_path, profile, run, seed, event_loop, fleet.network, open_file, rendered)
+        for index, vehicle in enumerate(mission.vehicles):
+            if flown is None or vehicle.name in flown:
+                script = (faults or {}).get(vehicle.name, FaultScript())
+                fleet.vehicles[vehicle.name] = builder.build(index, vehicle, script, (strategies or {}).get(vehicle.name))
+        await _until_over(fleet, time_limit_s)
+        return fleet
+
     try:
-        async with asyncio.timeout(time_limit_s):
-            await asyncio.gather(*flights)
-            while any(one.is_flying for one in fleet.vehicles.values()):
-                await asyncio.sleep(0.1)
-    except TimeoutError:
-        for one in fleet.vehicles.values():
-            one.error = one.error or f"not over after {time_limit_s:g} s"
+        return event_loop.run_until_complete(fly())
     finally:
-        for task in (physics, *flights):
+        event_loop.close()
+
+
+async def _until_over(fleet: VirtualFleet, time_limit_s: float) -> None:
+    """Fly until everybody is down, or the fleet is stopped; an exception of the watch ends it too."""
+    physics = asyncio.create_task(fleet.run_physics())
+    flights = [asyncio.create_task(_flight(one)) for one in fleet.vehicles.values()]
+    ends = [asyncio.create_task(_until_down(fleet, flights)), asyncio.create_task(fleet.until_stopped())]
+    tasks = [physics, *flights, *ends]
+    try:
+        done, _ = await asyncio.wait((physics, *ends), timeout=time_limit_s, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            await task
+        if not done:
+            for one in fleet.vehicles.values():
+                one.error = one.error or f"not over after {time_limit_s:g} s"
+    finally:
+        for task in tasks:
             task.cancel()
-        await asyncio.gather(physics, *flights, return_exceptions=True)
+        await asyncio.gather(*tasks, return_exceptions=True)
         for one in fleet.vehicles.values():
             one.recorder.close()
-    return fleet
 
 
-async def _physics(fleet: VirtualFleet, watch: Watch | None) -> None:
-    """Everything outside the vehicle processes: the autopilots, the cameras' pictures, the deadmen."""
-    steps = 0
-    camera_steps = {one.name: round(1.0 / (one.rooms.profile.camera.rate_hz * STEP_S)) for one in fleet.vehicles.values()}
-    while True:
-        for one in fleet.vehicles.values():
-            one.autopilot.repeat()
-            for packet in one.station.step():
-                one.autopilot.receive(packet)
-            _see(fleet, one, picture_due=steps % camera_steps[one.name] == 0)
-        if watch is not None:
-            watch(fleet)
-        steps += 1
-        await asyncio.sleep(STEP_S)
-
-
-def _see(fleet: VirtualFleet, one: VirtualVehicle, *, picture_due: bool) -> None:
-    """The camera of one vehicle, and its perception thread where there are real pictures."""
-    if one.camera is not None and picture_due and one.camera.shoot() and not one.hung:
-        one.loop.wake_from_thread()
-    if one.rendered is not None and one.loop.perception is not None:
-        if picture_due:
-            one.rendered.shoot(one.station.core, [other.station.core for other in fleet.vehicles.values() if other is not one])
-        if not one.hung:
-            one.loop.perception.step()
+async def _until_down(fleet: VirtualFleet, flights: list[asyncio.Task[None]]) -> None:
+    await asyncio.gather(*flights)
+    while any(one.is_flying for one in fleet.vehicles.values()):
+        await asyncio.sleep(0.1)
 
 
 async def _flight(one: VirtualVehicle) -> None:
@@ -229,11 +126,15 @@ async def _flight(one: VirtualVehicle) -> None:
         asyncio.create_task(_mission(one)),
         asyncio.create_task(beating.watch()),
     ]
-    await asyncio.wait(one.tasks[1:], return_when=asyncio.FIRST_COMPLETED)
-    for task in one.tasks:
-        task.cancel()
-    await asyncio.gather(*one.tasks, return_exceptions=True)
-    one.autopilot.close()
+    try:
+        await asyncio.wait(one.tasks[1:], return_when=asyncio.FIRST_COMPLETED)
+        if one.hung:
+            await asyncio.wait(one.tasks[2:])
+    finally:
+        for task in one.tasks:
+            task.cancel()
+        await asyncio.gather(*one.tasks, return_exceptions=True)
+        one.autopilot.close()
 
 
 async def _mission(one: VirtualVehicle) -> None:
@@ -279,12 +180,13 @@ class _Builder:
     profile: Profile
     run: Path
     seed: int
-    clock: VirtualClock
+    event_loop: VirtualEventLoop
     network: VirtualNetwork
+    open_file: OpenFile
     rendered: bool
 
     def build(self, index: int, vehicle: Vehicle, script: FaultScript, strategy: Planner | None) -> VirtualVehicle:
-        mission, profile, clock, name = self.mission, self.profile, self.clock, vehicle.name
+        mission, profile, clock, name = self.mission, self.profile, VirtualClock(self.event_loop), vehicle.name
         datum, simulation, start = mission.datum.as_point(), mission.simulation, vehicle.start
         events: list[dict[str, object]] = []
         setup = Setup(
@@ -302,7 +204,7 @@ class _Builder:
         station, faults = make_station(replace(setup), events.append)
         history = PoseHistory()
         autopilot = VirtualAutopilot(station, vehicle.system_id, datum, clock, history)
-        recorder = Recorder(self.run / f"{name}.mcap", options=profile.recording, mission=mission)
+        recorder = Recorder(self.run / f"{name}.mcap", options=profile.recording, mission=mission, open_file=self.open_file)
         recorder.open()
         recorder.metadata("run", {"vehicle": name, "role": vehicle.role, "mission": mission.name, "seed": self.seed})
         journal = Journal(recorder, clock, name)
@@ -339,4 +241,6 @@ class _Builder:
             else:
                 camera = VirtualCamera(rooms.surveyed.discs, profile.camera.range_max_m, history, clock)
                 loop.perception = cast(PerceptionThread, camera)
-        return VirtualVehicle(vehicle, station, faults, autopilot, camera, source, rooms, recorder, executive, loop, events)
+        return VirtualVehicle(
+            vehicle, clock, station, faults, autopilot, camera, source, rooms, recorder, executive, loop, events
+        )

@@ -8,7 +8,8 @@ import numpy as np
 
 from flightapp.recording.reader import read_recording
 from flightapp.runtime.outcome import Outcome
-from flightapp.sim.virtual.mission import VirtualFleet, fly_virtual
+from flightapp.sim.virtual.fleet import VirtualFleet
+from flightapp.sim.virtual.mission import fly_virtual
 
 ROOT = Path(__file__).parents[3]
 SIM = ROOT / "profiles/sim.toml"
