@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable
 from flightapp.core.errors import FlightError
 from flightapp.runtime.authority import Authority
 from flightapp.runtime.control_loop import ControlLoop, Guidance
+from flightapp.runtime.failsafe_conditions import is_own_state_stale
 from flightapp.runtime.failsafe_watch import FailsafeWatch
 from flightapp.runtime.interruption import DOING, InterruptedMission, Next
 from flightapp.runtime.outcome import Outcome
@@ -100,10 +101,14 @@ class BringingDown:
             await self._pace.tick()
 
     async def _brake(self) -> None:
-        """Come to rest under the guards before the autopilot takes over: its own modes do not know the obstacles."""
+        """Come to rest under the guards before the autopilot takes over: its own modes do not know the obstacles.
+
+        A rest that cannot be seen, because no state of the vehicle comes, is not waited for.
+        """
+        clock = self._rooms.clock
         self._loop.hover_here()
-        give_up_s = self._rooms.clock.now_s() + BRAKE_TIMEOUT_S
-        while not self._loop.is_hovering and self._rooms.clock.now_s() < give_up_s:
+        give_up_s = clock.now_s() + BRAKE_TIMEOUT_S
+        while not (self._loop.is_hovering or is_own_state_stale(self._rooms, clock.now_s()) or clock.now_s() > give_up_s):
             await self._pace.tick()
 
     async def _insist(self, command: Callable[[], Awaitable[None]], *modes: str) -> None:

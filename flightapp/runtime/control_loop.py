@@ -71,7 +71,7 @@ class ControlLoop:
         self.in_offboard = False
         """Set once OFFBOARD was reported; setpoints end in the very tick that sees another mode."""
         self.held = False
-        """True while an operator's hold replaces the planner."""
+        """True while the failsafe's HOLD replaces the planner."""
         self.demand: Demand | None = None
         """What the supervisor asks of the executive since its last check."""
         self.lateness_s: deque[float] = deque(maxlen=LATENESS_KEPT)
@@ -178,8 +178,7 @@ class ControlLoop:
 
     def _command(self, now_s: float, dt_s: float, own: VehicleState, own_age_s: float, new_frame: bool) -> None:
         rooms = self._rooms
-        planning = self.guidance is Guidance.PLANNER and not self.held
-        wish = self._planned(now_s, dt_s, own) if planning else self._hover.setpoint(own, self._yaw_rad)
+        wish = self._wish(now_s, dt_s, own)
         battery = rooms.autopilot.battery()
         context = SafetyContext(
             t_s=now_s,
@@ -219,7 +218,18 @@ class ControlLoop:
         elif demand is None and before is not None:
             self._rooms.journal.event("info", "safety", f"{before.guard} no longer asks for {before.action.name.lower()}")
 
-    def _planned(self, now_s: float, dt_s: float, own: VehicleState) -> Setpoint:
+    def _wish(self, now_s: float, dt_s: float, own: VehicleState) -> Setpoint:
+        """What planner or hover want. A held planner is asked all the same: else nobody would see that it has recovered."""
+        planned = self._planned(now_s, dt_s, own) if self.guidance is Guidance.PLANNER else None
+        if planned is None or self.held:
+            return self._hover.setpoint(own, self._yaw_rad)
+        self._hover.restart()
+        if math.isfinite(planned.yaw_rad):
+            self._yaw_rad = planned.yaw_rad
+        return planned
+
+    def _planned(self, now_s: float, dt_s: float, own: VehicleState) -> Setpoint | None:
+        """The planner's wish with the height loop; None where it failed."""
         rooms = self._rooms
         observation = Observation(
             t_s=now_s,
@@ -236,15 +246,13 @@ class ControlLoop:
         except Exception as error:  # The planner is exchangeable; whatever it raises, the vehicle keeps hovering.
             if self.planner_failure is None:
                 self.planner_failure = f"{type(error).__name__}: {error}"
-            return self._hover.setpoint(own, self._yaw_rad)
+            return None
         latency_s = rooms.clock.now_s() - started_s
         self.decision, self.decision_latency_s = decision, latency_s
         self.decision_is_finite = bool(np.isfinite(decision.velocity_ned_m_s).all()) and math.isfinite(decision.yaw_rad)
         rooms.journal.decision(decision, latency_s, now_s)
         if decision.reason:
             rooms.journal.event("info", "mode", f"{decision.mode}: {decision.reason}", mode=decision.mode)
-        self._hover.restart()
-        self._yaw_rad = decision.yaw_rad
         velocity = decision.velocity_ned_m_s.astype(np.float64, copy=True)
         velocity[2] += self._hover.down_velocity_m_s(own)
         forward = decision.acceleration_ned_m_s2 if rooms.profile.control.acceleration_feed_forward else None

@@ -13,6 +13,8 @@ from flightapp.safety.failsafe.table import Condition
 
 TARGET_AGE_MAX_S = 1.0
 """News of the evader that is older is a prediction."""
+FIX_3D = 3
+"""Without it PX4 dead-reckons for seconds before its estimator calls the position bad; by then it has left OFFBOARD."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,15 +49,21 @@ def _of_vehicle(rooms: Rooms, loop: ControlLoop, now_s: float) -> Iterator[Condi
     if loop.failure is not None:
         yield Condition.LOOP_FAILED
     if loop.guidance is not Guidance.NONE:
-        motion = rooms.autopilot.motion()
-        if motion is None or now_s - motion.arrived_s > rooms.profile.safety.own_state_age_max_s:
+        if is_own_state_stale(rooms, now_s):
             yield Condition.STATE_STALE
-        if not rooms.autopilot.health().global_position_ok:
+        accuracy = rooms.autopilot.accuracy()
+        if not rooms.autopilot.health().global_position_ok or (accuracy is not None and accuracy.fix < FIX_3D):
             yield Condition.GPS_BAD
         if loop.demand is not None:
             yield _of_demand(loop.demand)
     if rooms.journal.recording_error is not None:
         yield Condition.RECORDING_FAILED
+
+
+def is_own_state_stale(rooms: Rooms, now_s: float) -> bool:
+    """Whether where the vehicle is, is not known any more."""
+    motion = rooms.autopilot.motion()
+    return motion is None or now_s - motion.arrived_s > rooms.profile.safety.own_state_age_max_s
 
 
 def _of_demand(demand: Demand) -> Condition:
@@ -80,10 +88,10 @@ def _of_pursuit(rooms: Rooms, loop: ControlLoop, now_s: float) -> Iterator[Condi
     if rooms.vehicle.role == "pursuer" and (loop.target is None or loop.target.age_s > TARGET_AGE_MAX_S):
         yield Condition.TARGET_LOST
     peers = list(rooms.team.peers.values())
-    silent = [_silence_s(peer, now_s) > safety.team_state_age_max_s for peer in peers]
-    if any(silent):
+    silent = {name for name, peer in rooms.team.peers.items() if _silence_s(peer, now_s) > safety.team_state_age_max_s}
+    if any(rooms.mission.vehicle(name).role == "pursuer" for name in silent):
         yield Condition.TEAMMATE_SILENT
-    if silent and all(silent):
+    if peers and len(silent) == len(peers):
         yield Condition.FLEET_SILENT
     if any(peer.ahead_s > FUTURE_TOLERANCE_S for peer in peers):
         yield Condition.CLOCKS_DISAGREE

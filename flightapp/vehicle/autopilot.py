@@ -101,6 +101,10 @@ class Autopilot(Protocol):
 
     def health(self) -> HealthState: ...
 
+    def accuracy(self) -> Accuracy | None:
+        """The GNSS receiver's own view, None until it was heard; cheap enough for every control period."""
+        ...
+
     def details(self) -> AutopilotDetails: ...
 
     async def set_heights(self, takeoff_m: float, return_m: float) -> None:

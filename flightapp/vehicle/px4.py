@@ -19,7 +19,7 @@ from flightapp.config.profile import Autopilot as AutopilotConfig
 from flightapp.core.clock import Clock
 from flightapp.core.geodesy import GeodeticPoint
 from flightapp.core.types import Setpoint
-from flightapp.vehicle.autopilot import AutopilotDetails, BatteryState, HealthState, Motion, Status
+from flightapp.vehicle.autopilot import Accuracy, AutopilotDetails, BatteryState, HealthState, Motion, Status
 from flightapp.vehicle.commands import Commands
 from flightapp.vehicle.connection import Connection
 from flightapp.vehicle.parameters import Parameters
@@ -77,6 +77,9 @@ class Px4:
 
     def health(self) -> HealthState:
         return HealthState(*self._telemetry.healthy, origin_known=self._telemetry.origin_known)
+
+    def accuracy(self) -> Accuracy | None:
+        return self._telemetry.accuracy()
 
     def details(self) -> AutopilotDetails:
         now_s, telemetry = self._clock.now_s(), self._telemetry

@@ -83,7 +83,7 @@ HOW: dict[Condition, str] = {
     Condition.LOOP_FAILED: "an exception in a tick of the control loop",
     Condition.LINK_LOST: "no heartbeat of the autopilot for 3 s",
     Condition.STATE_STALE: "own state older than safety.own_state_age_max_s",
-    Condition.GPS_BAD: "the autopilot reports its position as bad, or worse than safety allows",
+    Condition.GPS_BAD: "no satellite fix, or the autopilot reports its position as bad",
     Condition.BATTERY_CRITICAL: "charge below what a landing needs",
     Condition.BATTERY_LOW: "charge or time left below what the way home and its reserve need",
     Condition.CAMERA_LOST: "no obstacle picture within safety.obstacles_age_max_s",

@@ -74,6 +74,8 @@ class VirtualAutopilot:
         self._offboard_asked_s = -math.inf
         self.sent: list[tuple[float, Setpoint]] = []
         """Every setpoint of the app with its time: for what is checked afterwards."""
+        self.commanded: list[tuple[float, str]] = []
+        """Every command of the app with its time."""
         self.transmitted_s: list[float] = []
         """When a setpoint went out, repeats included."""
         self.commands: list[tuple[float, str]] = []
@@ -126,6 +128,9 @@ class VirtualAutopilot:
         position = bool(self._healthy & POSITION_SENSOR)
         armable = bool(self._healthy & mavlink.MAV_SYS_STATUS_PREARM_CHECK)
         return HealthState(position, self._home is not None, armable, origin_known=self._origin is not None)
+
+    def accuracy(self) -> Accuracy | None:
+        return self._accuracy
 
     def details(self) -> AutopilotDetails:
         return AutopilotDetails(
@@ -216,6 +221,7 @@ class VirtualAutopilot:
         parameters = (*values, *(0.0,) * (7 - len(values)))
         if command in ORDERS:
             self.commands.append((self._clock.now_s(), what))
+        self.commanded.append((self._clock.now_s(), what))
         answer = asyncio.get_running_loop().create_future()
         self._waiting["COMMAND_ACK", command] = answer
         self._transmit(mavlink.MAVLink_command_long_message(self._system_id, 1, command, 0, *parameters).pack(self._packer))
