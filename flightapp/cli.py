@@ -140,23 +140,29 @@ def command(
     mission: Annotated[Path, typer.Argument(help="Mission file.")],
     connect: Annotated[list[str], typer.Option("--connect", help="Fleet endpoint of a vehicle, udp/HOST:PORT; repeatable.")],
     vehicle: Annotated[str | None, typer.Option("--vehicle", help="Only this vehicle.")] = None,
+    timeout_s: Annotated[float, typer.Option("--timeout", min=0.1, help="Seconds to wait for an answer.")] = 3.0,
+    record: Annotated[Path, typer.Option("--record", help="File that keeps who asked what.")] = Path("runs/commands.jsonl"),
     as_json: Json = False,
 ) -> None:
-    """Command the fleet, acknowledged by each vehicle. Exit status 3 when one did not accept.
+    """Command the fleet; each vehicle's answer is shown as it comes. Exit status 3 when one did not accept or answer.
 
-    Example: flightapp command land missions/demo_two_pursuers.toml --connect udp/10.0.0.1:7447
+    Example: flightapp command land missions/demo_two_pursuers.toml --connect udp/10.0.0.1:7447 --connect udp/10.0.0.2:7447
     """
     from flightapp.config.mission import load_mission
-    from flightapp.fleet.command import send_command
+    from flightapp.fleet.audit import as_json as for_machines
+    from flightapp.fleet.command import Wish, send_command
+    from flightapp.fleet.operator import Answer
 
-    loaded = load_mission(mission)
-    names = [one.name for one in loaded.vehicles]
-    answers = asyncio.run(send_command(action, loaded.fleet, names, vehicle, connect))
+    def show(answer: Answer) -> None:
+        if not as_json:
+            verdict = "NO ANSWER" if answer.round_trip_s is None else "accepted" if answer.accepted else "REFUSED"
+            took = "" if answer.round_trip_s is None else f" ({answer.round_trip_s * 1e3:.0f} ms)"
+            print(f"{answer.vehicle}: {verdict}, {answer.text}{took}", flush=True)
+
+    wish = Wish(action, vehicle, connect, timeout_s, record)
+    answers = asyncio.run(send_command(load_mission(mission), wish, show))
     if as_json:
-        print(json.dumps([{"vehicle": a.vehicle, "accepted": a.accepted, "text": a.text} for a in answers], indent=2))
-    else:
-        for answer in answers:
-            print(f"{answer.vehicle}: {'accepted' if answer.accepted else 'REFUSED'}, {answer.text}")
+        print(json.dumps([for_machines(answer) for answer in answers], indent=2))
     raise typer.Exit(0 if all(answer.accepted for answer in answers) else 3)
 
 
@@ -253,12 +259,18 @@ def recover(
         print(f"{found.output}: {found.messages} messages over {found.span_s:.1f} s")
 
 
-class _SpeedByDefault(TyperGroup):
-    """`flightapp bench` and whatever does not begin with a name of what to measure: speed."""
+class _WithDefault(TyperGroup):
+    """Whatever does not begin with the name of one of its commands goes to `default`."""
+
+    default: str
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         known = bool(args) and (args[0] in self.commands or args[0] == "--help")
-        return super().parse_args(ctx, args if known else ["speed", *args])
+        return super().parse_args(ctx, args if known else [self.default, *args])
+
+
+class _SpeedByDefault(_WithDefault):
+    default = "speed"
 
 
 bench_app = typer.Typer(cls=_SpeedByDefault, help="Measure speed (the default) or perception.", rich_markup_mode=None)
@@ -321,7 +333,19 @@ WorkerCount = Annotated[int | None, typer.Option("--workers", help="Worker proce
 Backend = Annotated[str, typer.Option("--backend", help="local, dask or ray (extras of the same names).")]
 
 
-@app.command()
+class _PlannersByDefault(_WithDefault):
+    default = "planners"
+
+
+campaign_app = typer.Typer(
+    cls=_PlannersByDefault,
+    help="Many missions: compare planners on a SCENARIO (the default), or inject faults.",
+    rich_markup_mode=None,
+)
+app.add_typer(campaign_app, name="campaign")
+
+
+@campaign_app.command("planners")
 def campaign(
     scenario: Scenario,
     planner: Annotated[
@@ -364,6 +388,41 @@ def campaign(
         if record and finished.complete:
             print(f"report: flightapp report {finished.folder / RECORDINGS}/PLANNER-SEED")
     raise typer.Exit(0 if finished.complete else INTERRUPTED)
+
+
+@campaign_app.command("faults")
+def fault_campaign(
+    seeds: Annotated[
+        str, typer.Option("--seeds", help="17, 0-199 or 3,5,20-29; a seed gives the same mission every time.")
+    ] = "0-199",
+    workers: WorkerCount = None,
+    as_json: Json = False,
+    output: Annotated[Path | None, typer.Option("--out", help="New folder; default campaigns/TIME-faults.")] = None,
+    mission: Annotated[
+        Path | None, typer.Option("--mission", help="Fly this mission as it is; default variants of the demo mission.")
+    ] = None,
+    profile: Profile = SIM_PROFILE,
+) -> None:
+    """Fly whole missions on a virtual clock, inject random faults at random moments, and check what must always hold.
+
+    The recordings of missions in which something did not hold stay in the folder.
+
+    Exit status: 0 everything held, 1 something did not, 2 bad input, 3 fault, 130 stopped by a person.
+
+    Example: flightapp campaign faults --seeds 0-199
+    """
+    from flightapp.analysis.campaign.seeds import parse_seeds
+    from flightapp.analysis.campaign.workers import Workers
+    from flightapp.sim.fault_campaign.campaign import FaultCampaign, run_fault_campaign
+    from flightapp.sim.fault_campaign.table import print_fault_campaign
+
+    question = FaultCampaign(mission or DEMO_MISSION, profile, parse_seeds(seeds), varies=mission is None)
+    finished = run_fault_campaign(question, Workers(workers), output)
+    if as_json:
+        print(json.dumps(finished.summary, indent=2))
+    else:
+        print_fault_campaign(finished)
+    raise typer.Exit((0 if finished.is_clean else 1) if finished.complete else INTERRUPTED)
 
 
 @app.command()

@@ -1,45 +1,75 @@
-"""One operator command to a fleet: join the network, ask, collect who answered and who did not."""
+"""One operator command to a fleet: join the network, ask, tell who answered and who did not, and leave a record."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+import sys
+import uuid
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
+from flightapp.config.mission import Mission
 from flightapp.config.profile import check_endpoint
-from flightapp.core.clock import SystemClock
+from flightapp.core.clock import Clock, SystemClock
 from flightapp.core.errors import InputError
-from flightapp.fleet.messages import COMMANDS, Acknowledgement
-from flightapp.fleet.operator import Operator
+from flightapp.fleet.audit import append_record, operator_name
+from flightapp.fleet.messages import COMMANDS, Command
+from flightapp.fleet.operator import Answer, Operator
 from flightapp.fleet.session import open_session
 
-CONNECT_TIMEOUT_S = 3.0
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What an operator wants of whom. `vehicle` None: all of the mission; `record`: the file of all commands."""
+
+    action: str
+    vehicle: str | None
+    endpoints: Sequence[str]
+    timeout_s: float
+    record: Path
 
 
-async def send_command(
-    action: str, fleet: str, names: Sequence[str], vehicle: str | None, endpoints: Sequence[str]
-) -> list[Acknowledgement]:
-    """The answer of every vehicle that was asked; one that was not reached answers 'not reached'."""
-    if action not in COMMANDS:
-        raise InputError(f"command '{action}': must be one of {', '.join(COMMANDS)}")
-    if vehicle is not None and vehicle not in names:
-        raise InputError(f"--vehicle {vehicle}: no vehicle of the mission is called so; known: {', '.join(names)}")
-    for endpoint in endpoints:
+def new_command(action: str, clock: Clock) -> Command:
+    """A new wish of whoever runs this process: with an identifier of its own, also where it repeats an older one."""
+    return Command(action, uuid.uuid4().hex, clock.now_s(), operator_name())
+
+
+async def send_command(mission: Mission, wish: Wish, on_answer: Callable[[Answer], None]) -> list[Answer]:
+    """The answers as they came, those of vehicles that did not answer last; each is given to `on_answer` at once.
+
+    InputError for an unknown action or vehicle and a malformed endpoint: then nothing is sent.
+    """
+    asked = _checked(mission, wish)
+    clock = SystemClock()
+    session = await open_session([], wish.endpoints, wait_for_peers=False)
+    command = new_command(wish.action, clock)
+    answers: list[Answer] = []
+
+    def take(answer: Answer) -> None:
+        answers.append(answer)
+        on_answer(answer)
+
+    try:
+        await Operator(session, mission.fleet, clock).send(command, asked, wish.timeout_s, take)
+    finally:
+        problem = append_record(wish.record, mission.fleet, command, asked, answers)
+        if problem:
+            sys.stderr.write(f"{problem}\n")
+        await asyncio.to_thread(session.close)
+    return answers
+
+
+def _checked(mission: Mission, wish: Wish) -> list[str]:
+    """Names of the vehicles to ask."""
+    if wish.action not in COMMANDS:
+        raise InputError(f"command '{wish.action}': must be one of {', '.join(COMMANDS)}")
+    names = [vehicle.name for vehicle in mission.vehicles]
+    if wish.vehicle is not None and wish.vehicle not in names:
+        raise InputError(f"--vehicle {wish.vehicle}: no vehicle of the mission is called so; known: {', '.join(names)}")
+    for endpoint in wish.endpoints:
         try:
             check_endpoint(endpoint)
         except ValueError as error:
             raise InputError(f"--connect {error}") from None
-    clock = SystemClock()
-    asked = set(names if vehicle is None else [vehicle])
-    session = await open_session([], endpoints)
-    try:
-        operator = Operator(session, fleet, names, clock)
-        deadline = clock.now_s() + CONNECT_TIMEOUT_S
-        answers: dict[str, Acknowledgement] = {}
-        while asked - answers.keys() and clock.now_s() < deadline:
-            for answer in await operator.command(action, vehicle, timeout_s=1.0):
-                answers[answer.vehicle] = answer
-            await asyncio.sleep(0.05)
-    finally:
-        await asyncio.to_thread(session.close)
-    missing = [Acknowledgement(name, "", False, "not reached") for name in sorted(asked - answers.keys())]
-    return [*answers.values(), *missing]
+    return names if wish.vehicle is None else [wish.vehicle]

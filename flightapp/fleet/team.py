@@ -24,6 +24,8 @@ FUTURE_TOLERANCE_S = 0.2
 COMMAND_AGE_MAX_S = 5.0
 ALWAYS_ACCEPTED = ("land", "abort", "rtl")
 """An operator whose clock is wrong must still be able to end a flight."""
+COMMANDS_WAITING = 16
+"""A ring: who floods loses questions, which are asked again; a full queue would hold up the network's own thread."""
 ANSWERS_REMEMBERED = 256
 COMPLAINTS_REMEMBERED = 64
 
@@ -87,7 +89,7 @@ class Team:
         self._subscribers = {
             other: session.declare_subscriber(state_key(fleet, other), zenoh.handlers.RingChannel(1)) for other in self.peers
         }
-        self._commands = session.declare_queryable(command_key(fleet, name), zenoh.handlers.FifoChannel(16))
+        self._commands = session.declare_queryable(command_key(fleet, name), zenoh.handlers.RingChannel(COMMANDS_WAITING))
 
     def next_sequence(self) -> int:
         self._sequence += 1
@@ -114,8 +116,12 @@ class Team:
             if not peer.accept(state, now_s) and peer.ahead_s > FUTURE_TOLERANCE_S:
                 self._complain(name, f"states of '{name}' are stamped in the future; synchronise the clocks of the machines")
 
-    def take_commands(self, now_s: float, accept: Callable[[Command], tuple[bool, str]]) -> None:
-        """Answer every waiting operator command; a repeat gets the first answer again and changes nothing."""
+    def take_commands(self, now_s: float, accept: Callable[[Command], tuple[bool, str]]) -> list[tuple[Command, Acknowledgement]]:
+        """Answer every waiting operator command; a repeat gets the first answer again and changes nothing.
+
+        Returned are the commands that were judged now, with their answers, for the record.
+        """
+        judged = []
         while (query := self._commands.handler.try_recv()) is not None:
             with query:
                 payload = b"" if query.payload is None else query.payload.to_bytes()
@@ -123,15 +129,18 @@ class Team:
                     command = decode_command(payload)
                 except MalformedPayloadError as error:
                     self._complain("operator", str(error))
+                    query.reply_err(str(error).encode())
                     continue
                 answer = self._answered.get(command.identifier)
                 if answer is None:
                     accepted, text = self._judge(command, now_s, accept)
                     answer = Acknowledgement(self._name, command.identifier, accepted, text)
+                    judged.append((command, answer))
                     self._answered[command.identifier] = answer
                     if len(self._answered) > ANSWERS_REMEMBERED:
                         self._answered.popitem(last=False)
                 query.reply(query.key_expr, encode_acknowledgement(answer))
+        return judged
 
     def _complain(self, peer: str, text: str) -> None:
         """Once for each peer and text: a peer that floods must not flood the log as well."""
@@ -143,5 +152,6 @@ class Team:
     def _judge(command: Command, now_s: float, accept: Callable[[Command], tuple[bool, str]]) -> tuple[bool, str]:
         age_s = now_s - command.sent_s
         if command.action not in ALWAYS_ACCEPTED and abs(age_s) > COMMAND_AGE_MAX_S:
-            return False, f"command is {age_s:.1f} s old; at most {COMMAND_AGE_MAX_S:g} s are accepted"
+            when = f"{age_s:.1f} s old" if age_s > 0.0 else f"stamped {-age_s:.1f} s in the future"
+            return False, f"command is {when}; at most {COMMAND_AGE_MAX_S:g} s are accepted: send it again, look at the clocks"
         return accept(command)

@@ -63,7 +63,7 @@ class Executive:
 
     def on_command(self, command: Command) -> tuple[bool, str]:
         """Operator command -> (accepted, text)."""
-        return operator_commands.obey(command, self._rooms, self._loop, self._failsafes)
+        return operator_commands.obey(command, self._loop, self._failsafes)
 
     async def fly(self) -> Outcome:
         """The whole mission; FlightError only where the vehicle cannot be brought down by this app."""

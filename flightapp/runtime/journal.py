@@ -8,6 +8,7 @@ from collections.abc import Iterable
 
 from flightapp.core.clock import Clock
 from flightapp.core.types import Array, Decision, Setpoint, TargetTrack
+from flightapp.fleet.messages import Acknowledgement, Command
 from flightapp.fleet.team import Peer
 from flightapp.recording import messages
 from flightapp.recording.recorder import Recorder
@@ -36,6 +37,21 @@ class Journal:
         now_s = self._clock.now_s()
         self._log.log(LEVELS[level], "%s: %s", name, text)
         self._recorder.log("/event", messages.Event(now_s, level, name, text, data), now_s)
+
+    def command(self, command: Command, answer: Acknowledgement) -> None:
+        """An operator's command and what was answered to it."""
+        verdict = "accepted" if answer.accepted else "refused"
+        text = f"{command.action} from {command.operator or 'an operator'} {verdict}: {answer.text}"
+        self.event(
+            "warning",
+            "command",
+            text,
+            action=command.action,
+            operator=command.operator,
+            identifier=command.identifier,
+            sent_s=command.sent_s,
+            accepted=answer.accepted,
+        )
 
     def phase(self, phase: str, reason: str, outcome: str | None) -> None:
         now_s = self._clock.now_s()

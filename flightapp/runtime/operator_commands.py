@@ -5,7 +5,6 @@ from __future__ import annotations
 from flightapp.fleet.messages import Command
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.failsafe_watch import FailsafeWatch
-from flightapp.runtime.rooms import Rooms
 from flightapp.safety.failsafe.table import Condition
 
 WISHED = {
@@ -16,10 +15,9 @@ WISHED = {
 """Commands that end the mission, and the answers to them."""
 
 
-def obey(command: Command, rooms: Rooms, loop: ControlLoop, failsafes: FailsafeWatch) -> tuple[bool, str]:
+def obey(command: Command, loop: ControlLoop, failsafes: FailsafeWatch) -> tuple[bool, str]:
     """Operator command -> (accepted, text)."""
     who = f"operator {command.operator}" if command.operator else "operator"
-    rooms.journal.event("warning", "command", f"{command.action} from {who}", identifier=command.identifier)
     if loop.phase == "done":
         return False, "the mission is over"
     if command.action in WISHED:

@@ -23,8 +23,10 @@ from flightapp.config.mission import Mission
 from flightapp.config.profile import Profile
 from flightapp.core.clock import SystemClock
 from flightapp.core.errors import FlightError
+from flightapp.fleet.command import new_command
 from flightapp.fleet.operator import Operator
 from flightapp.fleet.session import open_session
+from flightapp.fleet.view import FleetView
 from flightapp.recording.messages import TruthRecord
 from flightapp.recording.recorder import Recorder
 from flightapp.sim.fleet_files import HOST, ReservedPorts, VehicleFiles, prepare, shared_folder
@@ -34,6 +36,7 @@ from flightapp.sim.truth import TruthReader
 TRUTH_PERIOD_S = 0.02
 PROGRESS_PERIOD_S = 0.1
 FILE_TIMEOUT_S = 30.0
+LAND_ANSWER_S = 1.0
 LANDING_TIMEOUT_S = 90.0
 MARGIN_S = 300.0
 KILL_AFTER_S = 3.0
@@ -153,7 +156,8 @@ class Launcher:
         """Until every vehicle process has ended: record the truth, show progress, pass on the wish to stop."""
         readers = {own.vehicle.name: TruthReader(own.truth) for own in files}
         session = await open_session([], [own.fleet_endpoint for own in files])
-        operator = Operator(session, self._mission.fleet, readers, self._clock)
+        view = FleetView(session, self._mission.fleet, readers)
+        operator = Operator(session, self._mission.fleet, self._clock)
         deadline = self._started_s + self._mission.start_timeout_s + self._mission.time_limit_s + MARGIN_S
         passed_on = 0
         shown_s = 0.0
@@ -167,8 +171,8 @@ class Launcher:
                     self._announce_ends()
                     if now_s - shown_s >= PROGRESS_PERIOD_S:
                         shown_s = now_s
-                        operator.poll()
-                        self._progress.show(now_s - self._started_s, operator.states)
+                        view.poll()
+                        self._progress.show(now_s - self._started_s, view.states)
                     if now_s > deadline and self._stops == 0:
                         self._progress.say(f"no end within {deadline - self._started_s:.0f} s: landing every vehicle")
                         self._stops = 1
@@ -178,8 +182,8 @@ class Launcher:
                         passed_on, deadline = 1, now_s + LANDING_TIMEOUT_S
                         stopping = asyncio.create_task(self._land_all(operator))
                     await asyncio.sleep(max(0.0, TRUTH_PERIOD_S - (self._clock.now_s() - now_s)))
-                operator.poll()
-                self._progress.show(self._clock.now_s() - self._started_s, operator.states)
+                view.poll()
+                self._progress.show(self._clock.now_s() - self._started_s, view.states)
         finally:
             if stopping is not None:
                 await stopping
@@ -192,7 +196,8 @@ class Launcher:
 
     async def _land_all(self, operator: Operator) -> None:
         """Ask over the network, and by signal whoever did not answer."""
-        answered = {answer.vehicle for answer in await operator.command("land") if answer.accepted}
+        answers = await operator.send(new_command("land", self._clock), self._processes.flights, LAND_ANSWER_S)
+        answered = {answer.vehicle for answer in answers if answer.accepted}
         for name, process in self._processes.flights.items():
             if name not in answered and process.returncode is None:
                 process.terminate()

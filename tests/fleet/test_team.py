@@ -8,7 +8,7 @@ import pytest
 import zenoh
 
 from flightapp.core.clock import SystemClock
-from flightapp.fleet.messages import Command, SharedState, encode_state, state_key
+from flightapp.fleet.messages import Command, SharedState, command_key, encode_state, state_key
 from flightapp.fleet.operator import Operator
 from flightapp.fleet.session import zenoh_config
 from flightapp.fleet.team import Peer, Team
@@ -102,41 +102,59 @@ def test_a_state_under_a_foreign_key_is_refused_and_reported(sessions: list[zeno
     assert p2.peers["p1"].state is None
 
 
-def test_a_command_is_acknowledged_once_obeyed_once_and_refused_when_old(
-    sessions: list[zenoh.Session], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_command_is_acknowledged_once_obeyed_once_and_refused_when_old(sessions: list[zenoh.Session]) -> None:
     clock = SystemClock()
     obeyed: list[Command] = []
+    judged: list[tuple[str, bool]] = []
     team = Team(sessions[0], "f", "p1", [], lambda *_: None)
-    operator = Operator(sessions[1], "f", ["p1"], clock)
+    operator = Operator(sessions[1], "f", clock)
 
     def accept(command: Command) -> tuple[bool, str]:
         obeyed.append(command)
         return True, "landing"
 
-    async def ask(command: Command) -> list[tuple[bool, str]]:
-        answer = asyncio.create_task(asyncio.to_thread(operator._ask, command, "*", 2.0))
-        while not answer.done():
-            team.take_commands(clock.now_s(), accept)
+    async def ask(command: Command) -> tuple[bool, str]:
+        asking = asyncio.create_task(operator.send(command, ["p1"], 10.0))
+        while not asking.done():
+            judged.extend((one.identifier, answer.accepted) for one, answer in team.take_commands(clock.now_s(), accept))
             await asyncio.sleep(0.005)
-        return [(one.accepted, one.text) for one in answer.result()]
+        (answer,) = asking.result()
+        return answer.accepted, answer.text
 
     async def story() -> None:
         command = Command("land", "1", clock.now_s(), "ann")
-        deadline = clock.now_s() + 10.0
-        answers: list[tuple[bool, str]] = []
-        while not answers and clock.now_s() < deadline:
-            answers = await ask(command)
-        assert answers == [(True, "landing")]
-        assert await ask(command) == [(True, "landing")]
+        assert await ask(command) == (True, "landing")
+        assert await ask(command) == (True, "landing")
         assert len(obeyed) == 1
-        old = await ask(Command("resume", "2", clock.now_s() - 60.0, "ann"))
-        assert not old[0][0]
-        assert "60.0 s old" in old[0][1]
+        for action, age_s, words in (("resume", 60.0, "60.0 s old"), ("hold", -60.0, "60.0 s in the future")):
+            accepted, text = await ask(Command(action, action, clock.now_s() - age_s, "ann"))
+            assert not accepted
+            assert words in text
         assert len(obeyed) == 1
-        assert await ask(Command("land", "3", clock.now_s() - 60.0, "ann with a wrong clock")) == [(True, "landing")]
+        for action in ("land", "abort", "rtl"):
+            wrong_clock = Command(action, f"late {action}", clock.now_s() - 60.0, "ann with a wrong clock")
+            assert await ask(wrong_clock) == (True, "landing")
+        refused = [("resume", False), ("hold", False)]
+        assert judged == [("1", True), *refused, ("late land", True), ("late abort", True), ("late rtl", True)]
 
     asyncio.run(story())
+
+
+def test_a_command_that_cannot_be_read_is_answered_with_the_reason(sessions: list[zenoh.Session]) -> None:
+    complaints: list[str] = []
+    team = Team(sessions[0], "f", "p1", [], lambda _, text: complaints.append(text))
+    said: list[str] = []
+
+    def answered() -> bool:
+        replies = sessions[1].get(command_key("f", "p1"), payload=b'{"version": 9}', timeout=1.0)
+        team.take_commands(time.time(), lambda _: (True, "never"))
+        time.sleep(0.02)
+        team.take_commands(time.time(), lambda _: (True, "never"))
+        said.extend(reply.err.payload.to_bytes().decode() for reply in replies if reply.err is not None)
+        return any("version 9" in text for text in said)
+
+    until(answered)
+    assert "this software speaks version 1" in complaints[0]
 
 
 def test_late_repeated_and_future_states_are_not_taken() -> None:

@@ -1,5 +1,6 @@
 """What happens when a person, or the machine, ends things early."""
 
+import json
 import signal
 import subprocess
 import sys
@@ -83,8 +84,15 @@ def test_an_operator_lands_the_fleet_from_another_terminal(tmp_path: Path) -> No
         profile = (hover.run / "profile-e1.toml").read_text()
         endpoint = next(part for part in profile.split('"') if part.startswith("udp/127.0.0.1:"))
         command = [sys.executable, "-m", "flightapp", "command", "land", str(HOVER), "--connect", endpoint]
+        command += ["--record", str(tmp_path / "commands.jsonl")]
         said = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=30, check=False)
         assert said.returncode == 0, said.stderr
-        assert said.stdout.strip() == "e1: accepted, landing"
+        assert said.stdout.startswith("e1: accepted, landing (")
         assert hover.process.wait(timeout=60) == 1
         assert hover.summary()["outcome"] == "aborted"
+        (asked,) = [json.loads(line) for line in (tmp_path / "commands.jsonl").read_text().splitlines()]
+        events = read_recording(hover.run / "e1.mcap").topic("/event").messages
+        (obeyed,) = [event["data"] for event in events if event["name"] == "command"]
+        assert obeyed["identifier"] == asked["identifier"]
+        assert obeyed["operator"] == f"{asked['user']}@{asked['host']}"
+        assert obeyed["accepted"] is True
