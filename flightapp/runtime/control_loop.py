@@ -156,7 +156,8 @@ class ControlLoop:
             self.guidance = Guidance.NONE  # One more setpoint would restart MAVSDK's own stream against the pilot.
         rooms.heartbeat.beat(active=self.guidance is not Guidance.NONE or status.armed)
         rooms.team.poll(now_s)
-        rooms.team.take_commands(now_s, self._on_command)
+        for command, answer in rooms.team.take_commands(now_s, self._on_command):
+            rooms.journal.command(command, answer)
         dt_s = 0.0 if self._last_tick_s is None else now_s - self._last_tick_s
         self._last_tick_s = now_s
         motion = rooms.autopilot.motion()
