@@ -10,16 +10,18 @@ from flightapp.core.errors import InputError
 ROOT = Path("campaigns")
 
 
-def output_folder(given: Path | None, scenario_name: str) -> Path:
-    """The folder `given`, which must be empty or new, else `campaigns`/TIME-SCENARIO; InputError if it cannot be used."""
+def output_folder(given: Path | None, scenario_name: str, option: str = "--output") -> Path:
+    """The folder `given`, which must be empty or new, else `campaigns`/TIME-SCENARIO; InputError, which begins with `option`,
+    if it cannot be used.
+    """
     folder = given or _free(ROOT / f"{utc_stamp()}-{scenario_name}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         occupied = any(folder.iterdir())
     except OSError as error:
-        raise InputError(f"--output {folder}: not a folder that can be used: {error.strerror}; name a new folder") from None
+        raise InputError(f"{option} {folder}: not a folder that can be used: {error.strerror}; name a new folder") from None
     if occupied:
-        raise InputError(f"--output {folder}: is not empty; name a new folder")
+        raise InputError(f"{option} {folder}: is not empty; name a new folder")
     return folder
 
 
