@@ -114,7 +114,7 @@ async def _until_over(fleet: VirtualFleet, time_limit_s: float) -> None:
 
 async def _until_down(fleet: VirtualFleet, flights: list[asyncio.Task[None]]) -> None:
     await asyncio.gather(*flights)
-    while any(one.is_flying for one in fleet.vehicles.values()):
+    while any(one.station.core.armed for one in fleet.vehicles.values()):
         await asyncio.sleep(0.1)
 
 
