@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 MISSION := missions/demo_two_pursuers.toml
 COMPUTING := tests/analysis tests/config tests/core tests/estimation tests/perception tests/planning tests/safety tests/sim/batch
 
-.PHONY: run test lint types pytest clean
+.PHONY: run test lint types pytest install-nuc clean
 run: $(VENV)/.ok
 	$(PY) -m flightapp sim $(MISSION)
 
@@ -21,6 +21,10 @@ types: $(VENV)/.ok
 pytest: $(VENV)/.ok
 	$(PY) -m pytest -n 2 --dist loadfile $(COMPUTING)
 	$(PY) -m pytest $(addprefix --ignore=,$(COMPUTING)) tests
+
+# On the companion computer, as root: program, systemd unit, udev rules. Options stand in tools/deploy/install.sh.
+install-nuc:
+	DESTDIR='$(DESTDIR)' PROGRAM='$(PROGRAM)' PIXHAWK_SERIAL='$(PIXHAWK_SERIAL)' tools/deploy/install.sh
 
 $(VENV)/.ok: pyproject.toml requirements.txt
 	python3 -m venv $(VENV)
