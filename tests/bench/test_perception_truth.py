@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from flightapp.bench.perception_truth.bodies import Body
 from flightapp.bench.perception_truth.conditions import GOOD, OPEN_FIELDS, Condition
-from flightapp.bench.perception_truth.score import is_free, is_unseen, score_trial
+from flightapp.bench.perception_truth.score import is_free, is_unseen, score_trial, stands_for_a_tree
 from flightapp.bench.perception_truth.summary import summarise, wilson
 from flightapp.bench.perception_truth.trials import Trial, all_trials, stage
 from flightapp.config.profile import load_profile
@@ -159,6 +159,13 @@ def test_half_a_wall_left_out_is_a_free_part() -> None:
     whole = perceived(*[(5.2, east, 0.25) for east in np.arange(-1.0, 1.1, 0.25)])
     assert is_free(half, wall, HERE, GOOD) is True
     assert is_free(whole, wall, HERE, GOOD) is False
+
+
+def test_a_disc_of_a_tree_is_not_a_false_one() -> None:
+    trees = np.array([[9.0, 0.0, 0.3, 10.0], [20.0, 5.0, 0.5, 10.0]])
+    discs = np.array([[9.1, 0.1, 0.3], [5.0, 0.0, 0.15], [9.0, 3.0, 0.15]])
+    assert stands_for_a_tree(discs, trees, HERE, GOOD).tolist() == [True, False, False]
+    assert stands_for_a_tree(discs, np.zeros((0, 4)), HERE, GOOD).tolist() == [False] * 3
 
 
 @given(start=st.floats(-math.pi, math.pi), width=st.floats(0.01, 1.0), part=st.floats(0.01, 0.99))

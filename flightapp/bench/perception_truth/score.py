@@ -84,7 +84,7 @@ def score_trial(trial: Trial, profile: Profile) -> Score:
         depth = renderer.render(true_camera, trial.seed % 1000 * 1000 + number, flown.balls(t_s))
         told = _told(flown, t_s, condition, error_rad)
         perceived = pipeline.process(DepthFrame(t_s, number, depth, DEPTH_UNIT_M, intrinsics), told)
-        false_before = _add(score, perceived, flown.body_at(t_s), true_pose, false_before)
+        false_before = _add(score, perceived, flown.body_at(t_s), flown.scene.cylinders, true_pose, false_before)
         is_told_true = not condition.pose_error_deg and not condition.pose_delay_s
         if is_told_true and condition.flaws.cover is None and condition.flaws.glare is None:
             _add_sectors(score, perceived, true_camera, true_pose, intrinsics, profile.perception.band_m)
@@ -98,26 +98,39 @@ def _told(flown: Stage, t_s: float, condition: Condition, error_rad: list[float]
     return replace(pose, roll_rad=pose.roll_rad + roll, pitch_rad=pose.pitch_rad + pitch, yaw_rad=pose.yaw_rad + yaw)
 
 
-def _add(score: Score, perceived: PerceivedObstacles, body: Body | None, pose: VehiclePose, false_before: Array) -> Array:
+def _add(
+    score: Score, perceived: PerceivedObstacles, body: Body | None, trees: Array, pose: VehiclePose, false_before: Array
+) -> Array:
     """Score one frame; returns the false discs (n, 2) in it."""
     viewer = np.array(pose.position_ned_m[:2])
     discs, condition = perceived.discs, score.trial.condition
-    if body is None:
-        false = discs[:, :2]
-    else:
+    is_true = stands_for_a_tree(discs, trees, viewer, condition)
+    if body is not None:
         distance = float(body.gap_m(viewer[None])[0])
         gap = body.gap_m(discs[:, :2]) - discs[:, 2]
         stands_for = gap <= _tolerance_m(np.hypot(*(discs[:, :2] - viewer).T), condition)
+        is_true |= stands_for
         fresh = stands_for & (perceived.age_s < 0.5 / RATE_HZ)
         score.distance_m.append(distance)
         score.found.append(bool(fresh.any()))
         score.held.append(bool(stands_for.any()))
         score.is_free.append(is_free(perceived, body, viewer, condition))
         _add_errors(score, discs[fresh], body, viewer, distance)
-        false = discs[np.logical_not(stands_for), :2]
+    false = discs[~is_true, :2]
     known = np.hypot(false[:, :1] - false_before[:, 0], false[:, 1:] - false_before[:, 1]) < _SAME_M
     score.false_discs.append(int(np.count_nonzero(~known.any(axis=1))))
     return false
+
+
+def stands_for_a_tree(discs: Array, trees: Array, viewer: Array, condition: Condition) -> NDArray[np.bool_]:
+    """(n,) whether a disc stands for one of the upright cylinders (k, 4) of the scene.
+
+    On an approach the vehicle comes near the line of trees, and aside a tree 12 m away is 9 m deep: what is found there is real.
+    """
+    gap = np.hypot(discs[:, :1] - trees[:, 0], discs[:, 1:2] - trees[:, 1]) - trees[:, 2] - discs[:, 2:3]
+    is_near = gap <= _tolerance_m(np.hypot(*(discs[:, :2] - viewer).T), condition)[:, None]
+    found: NDArray[np.bool_] = np.asarray(is_near.any(axis=1), np.bool_)
+    return found
 
 
 def _tolerance_m(distance_m: Array, condition: Condition) -> Array:
