@@ -70,6 +70,8 @@ class ControlLoop:
         self.ticks = 0
         self.in_offboard = False
         """Set once OFFBOARD was reported; setpoints end in the very tick that sees another mode."""
+        self.in_own_mode: Callable[[], bool] = lambda: True
+        """The executive's answer, before every setpoint, to whether the reported mode is one that it asked for."""
         self.held = False
         """True while the failsafe's HOLD replaces the planner."""
         self.demand: Demand | None = None
@@ -151,7 +153,8 @@ class ControlLoop:
         rooms = self._rooms
         self.ticks += 1
         status = rooms.autopilot.status()
-        if self.in_offboard and status.flight_mode != "OFFBOARD":
+        left = self.in_offboard and status.flight_mode != "OFFBOARD"
+        if left or (self.guidance is not Guidance.NONE and not self.in_own_mode()):
             self.in_offboard = False
             self.guidance = Guidance.NONE  # One more setpoint would restart MAVSDK's own stream against the pilot.
         rooms.heartbeat.beat(active=self.guidance is not Guidance.NONE or status.armed)

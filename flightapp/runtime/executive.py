@@ -50,6 +50,7 @@ class Executive:
         rooms = self._rooms
         self._loop = loop
         self._authority = Authority(rooms.autopilot, rooms.clock)
+        loop.in_own_mode = lambda: self._authority.is_own_mode
         self._failsafes = FailsafeWatch(rooms, loop, self._authority)
         self._pace = Pace(rooms, loop, self._failsafes)
         self._bringing_down = BringingDown(rooms, loop, self._authority, self._failsafes, self._pace)
@@ -108,6 +109,7 @@ class Executive:
         loop.hover_here()
         streaming = loop.setpoints_sent + SETPOINTS_BEFORE_OFFBOARD
         await pace.until(lambda: loop.setpoints_sent >= streaming, MODE_TIMEOUT_S, "no setpoints were sent")
+        await pace.news()  # A pilot who has just taken over must not be overruled by what is commanded next.
         await rooms.autopilot.start_offboard()
         self._authority.take("OFFBOARD")
         await pace.until(lambda: rooms.autopilot.status().flight_mode == "OFFBOARD", MODE_TIMEOUT_S, "OFFBOARD was not reported")

@@ -88,6 +88,8 @@ class Moment:
     phase: str
     speed_m_s: float
     position_ned_m: tuple[float, float, float]
+    evader_m: float
+    """To the evader, centre to centre."""
 
 
 class _Lines(logging.Handler):
@@ -108,8 +110,10 @@ class Flight:
     breaking: Callable[[Flight], None]
     watched_s: float
     at_s: float | None = None
-    then: Callable[[Flight], None] | None = None
-    """Called after every step from the worst moment on."""
+    then: Sequence[tuple[float, Callable[[Flight], None]]] = ()
+    """What else happens, each a time after the worst moment, in order."""
+    until: Callable[[Flight], bool] = lambda _: False
+    """Ends the flight one second after it was first true."""
     path: Callable[[float], tuple[float, float, float]] = evader_path
     evader: Played = field(default_factory=lambda: Played("e1", "evader", 3))
     teammate: Played = field(default_factory=lambda: Played("p2", "pursuer", 2))
@@ -122,6 +126,7 @@ class Flight:
     fleet: VirtualFleet = field(init=False)
     planner: BreakablePlanner = field(init=False)
     run: Path = field(init=False)
+    _happened: int = 0
     _recorded: Sequence[Mapping[str, Any]] | None = None
 
     @property
@@ -193,12 +198,16 @@ class Flight:
         one = self.one
         north, east, down = one.position_ned_m.tolist()
         speed = math.hypot(*one.velocity_ned_m_s.tolist())
-        self.moments.append(Moment(self.now_s, one.station.core.mode, one.loop.phase, speed, (north, east, down)))
+        evader_m = math.dist((north, east), self.evader.position_ned_m[:2])
+        self.moments.append(Moment(self.now_s, one.station.core.mode, one.loop.phase, speed, (north, east, down), evader_m))
         if math.isinf(self.broken_s) and self._is_worst(one, speed):
             self.broken_s = self.now_s
             self.breaking(self)
-        elif self.then is not None and self.now_s > self.broken_s:
-            self.then(self)
+        while self._happened < len(self.then) and self.now_s > self.broken_s + self.then[self._happened][0]:
+            self._happened += 1
+            self.then[self._happened - 1][1](self)
+        if self.now_s > self.broken_s and self.until(self):
+            self.watched_s = min(self.watched_s, self.now_s - self.broken_s + 1.0)
         if self.now_s > self.broken_s + self.watched_s:
             fleet.stop()
 
