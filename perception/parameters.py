@@ -37,7 +37,7 @@ class PerceptionParameters(BaseModel):
     """Surfaces that show less than this in height are not kept, unless they go on to the side."""
     thin_height_min_m: float = Field(default=0.04, gt=0, le=5)
     """Level things, such as a branch, are kept if they show this much in height over several bearing bins."""
-    visible_area_min_m2: float = Field(default=0.02, gt=0, le=5)
+    visible_area_min_m2: float = Field(default=0.015, gt=0, le=5)
     """Connected surfaces that show less than this are speckle. Pixels needed fall with distance squared and stride squared."""
     pixels_min: int = Field(default=12, ge=1, le=10000)
     """A connected surface needs this many used pixels, however far away it is."""

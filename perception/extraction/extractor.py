@@ -79,7 +79,7 @@ class Extractor:
         if np.count_nonzero(in_picture & evidence.is_blind) > _BLIND_FRACTION * np.count_nonzero(in_picture):
             event = "part of the depth frame is blind: too few pixels returned a distance to tell what is there"
         self._pixels.count(frame, camera, band)
-        points = self._surfaces.find(self._pixels.grid, frame.intrinsics, camera, exclude)
+        points = self._surfaces.find(self._pixels.grid, self._pixels.is_cut, frame.intrinsics, camera, exclude)
         found = self._coverer.cover(points, seen, camera, self._surfaces.reliable_range_m)
         view = View(
             camera,

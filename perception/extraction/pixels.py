@@ -27,7 +27,8 @@ _ALIKE_PIXELS_MIN = 2
 between a near edge and what is behind it stand alone, the thinnest pole or branch does not."""
 _DENSE_M = 2.5
 _FORWARD_MIN_M = 0.05
-
+_EDGE_ROWS = 4
+"""Of the nearest, only every fourth row is used."""
 
 COUNT_SHIFT = 40
 SUM_MASK = (1 << COUNT_SHIFT) - 1
@@ -38,6 +39,7 @@ class PixelCounter:
     """Counts and summed distances per cell, for one camera; the arrays are made once for an image size and overwritten.
 
     grid: (TANGENT_BINS * cells,) number of pixels * 2^40 + sum of their level forward distances in mm.
+    is_cut: (TANGENT_BINS * cells,) whether one of them lies at the edge of the picture: what it belongs to may go on outside.
     """
 
     def __init__(self, parameters: PerceptionParameters, cells: DistanceCells, range_min_m: float, range_max_m: float) -> None:
@@ -48,6 +50,7 @@ class PixelCounter:
         self._cells = cells
         self._intrinsics: Intrinsics | None = None
         self.grid: NDArray[np.int64] = np.zeros(TANGENT_BINS * len(cells), np.int64)
+        self.is_cut: NDArray[np.bool_] = np.zeros(TANGENT_BINS * len(cells), np.bool_)
 
     def count(self, frame: DepthFrame, camera: CameraPose, band: HeightBand) -> None:
         """Fill the grid from one frame, whose depth is (height, width) uint16 in C order."""
@@ -73,6 +76,7 @@ class PixelCounter:
             self._ahead,
             self._bearing,
             self.grid,
+            self.is_cut,
         )
 
     def _prepare(self, k: Intrinsics) -> None:
@@ -87,7 +91,7 @@ class PixelCounter:
 
 
 @numba.njit(
-    "void(u2[:,::1],f8,i8,i8,f4[::1],f4[::1],f4[:,::1],f4[::1],f8,f8,f8,i4[::1],i8,i4[::1],b1[::1],f4[::1],i4[::1],i8[::1])",
+    "void(u2[:,::1],f8,i8,i8,f4[::1],f4[::1],f4[:,::1],f4[::1],f8,f8,f8,i4[::1],i8,i4[::1],b1[::1],f4[::1],i4[::1],i8[::1],b1[::1])",
     cache=True,
     nogil=True,
     error_model="numpy",
@@ -111,12 +115,14 @@ def _count_pixels(  # type: ignore[no-untyped-def]
     ahead,
     bearing,
     grid,
+    is_cut,
 ):  # fmt: skip
     """depth: (height, width). x, y: normalised image coordinates of the used columns and rows. limits: of the height band.
 
     raws, used, ahead, bearing: work space for one row. The loops over it have no branch, so that they become vector instructions.
     """
     grid[:] = 0
+    is_cut[:] = False
     unit = np.float32(unit_m)
     lowest = np.int32(max(1.0, math.ceil(range_min / unit_m)))
     highest = np.int32(min(65534.0, math.floor(range_max / unit_m)))
@@ -128,8 +134,8 @@ def _count_pixels(  # type: ignore[no-untyped-def]
     tangent_max, bins_per_tangent = np.float32(TANGENT_MAX), np.float32(1.0 / TANGENT_STEP)
     forward_min, last_bin = np.float32(_FORWARD_MIN_M), np.int32(TANGENT_BINS - 1)
     steps_per_m, mm_per_m = np.float32(1.0 / TABLE_STEP_M), np.float32(MM_PER_M)
-    furthest, columns = cell_of.shape[0] - 1, x.shape[0]
-    for j in range(y.shape[0]):
+    furthest, columns, rows = cell_of.shape[0] - 1, x.shape[0], y.shape[0]
+    for j in range(rows):
         v = first + j * stride
         row, above, below = depth[v, first::stride], depth[v - 1, first::stride], depth[v + 1, first::stride]
         before, after = depth[v, first - 1 :: stride], depth[v, first + 1 :: stride]
@@ -164,6 +170,7 @@ def _count_pixels(  # type: ignore[no-untyped-def]
             used[i] = used[i] & (abs(tangent) < tangent_max) & (ahead[i] * np.float32(raws[i]) * unit > forward_min)
             bounded = min(max(tangent, -tangent_max), tangent_max)
             bearing[i] = np.int32((bounded + tangent_max) * bins_per_tangent)
+        is_edge_row = j < _EDGE_ROWS or j >= rows - _EDGE_ROWS
         for i in range(columns):
             if not used[i]:
                 continue
@@ -172,3 +179,5 @@ def _count_pixels(  # type: ignore[no-untyped-def]
             cell = min(bearing[i], last_bin) * cells + cell_of[min(np.int32(forward * steps_per_m), furthest)]
             weight = 4 if raw < half_dense else (2 if raw < dense else 1)
             grid[cell] += np.int64(weight) * ((np.int64(1) << COUNT_SHIFT) + np.int64(forward * mm_per_m + np.float32(0.5)))
+            if is_edge_row or i == 0 or i == columns - 1:
+                is_cut[cell] = True

@@ -25,9 +25,13 @@ _LIMIT_FRACTION = 0.25
 _FACE_ON_SIGMAS = 1.5
 """Pixels of one bearing bin that scatter by less than this are one surface; noise alone scatters them by one."""
 _BESIDE_BINS = 2
-_THIN_FRACTION = 0.5
-_THIN_PIXELS_MIN = 10.0
-"""A level thing as high as `thin_height_min_m` must show half its pixels in five neighbouring bearing bins."""
+_THIN_FRACTION = 0.35
+_THIN_PIXELS_MIN = 8.0
+"""A level thing as high as `thin_height_min_m` must show a third of its pixels in five neighbouring bearing bins."""
+_CUT_AREA_FRACTION = 0.1
+"""Of the smallest visible area, a surface at the edge of the picture needs this much."""
+_WEAK, _COUNTED = -1, -2
+"""In place of a parent: pixels that are no place of a surface, but may count for one; nothing, or counted already."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,14 +79,20 @@ class SurfaceFinder:
         self._intrinsics: Intrinsics | None = None
 
     def find(
-        self, grid: NDArray[np.int64], intrinsics: Intrinsics, camera: CameraPose, exclude: NDArray[np.float64]
+        self,
+        grid: NDArray[np.int64],
+        is_cut: NDArray[np.bool_],
+        intrinsics: Intrinsics,
+        camera: CameraPose,
+        exclude: NDArray[np.float64],
     ) -> SurfacePoints:
-        """Surfaces without what lies inside `exclude` (k, 3: north, east, radius)."""
+        """Surfaces without what lies inside `exclude` (k, 3: north, east, radius). grid, is_cut: see `PixelCounter`."""
         if intrinsics != self._intrinsics:
             self._prepare(intrinsics)
         parameters = self._parameters
         points, surfaces = _find_surfaces(
             grid,
+            is_cut,
             self._cells.edges_m,
             self._needed,
             self._bridge_bins,
@@ -163,7 +173,7 @@ def _is_inside(forward, right, noise, circles):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(
-    "UniTuple(i8,2)(i4[::1],f4[::1],f8,f8,f8,f8,i8,i4[::1],f8[::1],i4[::1],i4[::1],i4[::1],f8[:,::1],f8[:,::1],"
+    "UniTuple(i8,2)(i4[::1],b1[::1],f4[::1],f8,f8,f8,f8,i8,i4[::1],f8[::1],i4[::1],i4[::1],i4[::1],f8[:,::1],f8[:,::1],"
     "i4[::1],i4[::1],f8[::1],f8[::1])",
     cache=True,
     nogil=True,
@@ -171,6 +181,7 @@ def _is_inside(forward, right, noise, circles):  # type: ignore[no-untyped-def]
 )
 def _collect(  # type: ignore[no-untyped-def]
     strong,
+    is_cut,
     edges,
     pixels_per_m2,
     noise,
@@ -191,23 +202,35 @@ def _collect(  # type: ignore[no-untyped-def]
 ):
     """Points on the surfaces that are large enough, face-on runs of cells merged into one point, sorted by surface."""
     cells = edges.shape[0]
-    area, number, mean = tallies[0], tallies[1], tallies[2]
+    area, number, mean, needed_area = tallies[0], tallies[1], tallies[2], tallies[3]
     for k in range(strong.shape[0]):
         cell = strong[k]
         root = _root(parent, cell)
         # A root is the first cell of its surface.
         if cell == root:
             area[root] = number[root] = 0.0
-        area[root] += counts[cell] * forwards[cell] ** 2 / pixels_per_m2
-        number[root] += counts[cell]
+            needed_area[root] = area_min
+        # What the picture cuts off may go on outside.
+        if is_cut[cell]:
+            needed_area[root] = _CUT_AREA_FRACTION * area_min
+        b, c = cell // cells, cell % cells
+        for beside in range(max(b - 1, 0), min(b + 1, TANGENT_BINS - 1) + 1):
+            for near in range(max(c - 1, 0), min(c + 1, cells - 2) + 1):
+                other = beside * cells + near
+                # Too few to be a place of the surface, but its pixels all the same; counted once.
+                if other == cell or parent[other] == _WEAK:
+                    area[root] += counts[other] * forwards[other] ** 2 / pixels_per_m2
+                    number[root] += counts[other]
+                    if other != cell:
+                        parent[other] = _COUNTED
     surfaces = 0
     for k in range(strong.shape[0]):
         cell = strong[k]
         if cell == _root(parent, cell):
-            is_real = area[cell] >= area_min and number[cell] >= pixels_min
+            is_real = area[cell] >= needed_area[cell] and number[cell] >= pixels_min
             label[cell] = surfaces if is_real else -1
             if is_real:
-                evidence[surfaces] = min(area[cell] / area_min, number[cell] / pixels_min)
+                evidence[surfaces] = min(area[cell] / needed_area[cell], number[cell] / pixels_min)
                 starts[surfaces] = 0
                 surfaces += 1
     starts[surfaces] = 0
@@ -259,7 +282,7 @@ def _collect(  # type: ignore[no-untyped-def]
 
 
 @numba.njit(
-    "UniTuple(i8,2)(i8[::1],f4[::1],f8[:,::1],i8,f8,f8,f8,f8,i8,f8,f8,f8,f8[:,::1],"
+    "UniTuple(i8,2)(i8[::1],b1[::1],f4[::1],f8[:,::1],i8,f8,f8,f8,f8,i8,f8,f8,f8,f8[:,::1],"
     "i4[::1],f8[::1],i4[::1],i4[:,::1],f8[:,::1],f8[:,::1],i4[::1],i4[::1],f8[::1],f8[::1],b1[::1])",
     cache=True,
     nogil=True,
@@ -267,6 +290,7 @@ def _collect(  # type: ignore[no-untyped-def]
 )
 def _find_surfaces(  # type: ignore[no-untyped-def]
     grid,
+    is_cut,
     edges,
     needed,
     bridge,
@@ -296,12 +320,13 @@ def _find_surfaces(  # type: ignore[no-untyped-def]
     occupied, strong = lists[0], lists[1]
     total = 0
     for cell in range(grid.shape[0]):
-        parent[cell] = -1
+        parent[cell] = _COUNTED
         packed = grid[cell]
         counts[cell] = 0
         if packed != 0 and cell % cells != cells - 1:
             counts[cell] = np.int32(packed >> COUNT_SHIFT)
             forwards[cell] = (packed & SUM_MASK) / MM_PER_M / counts[cell]
+            parent[cell] = _WEAK
             occupied[total] = cell
             total += 1
     nearest[:] = np.inf
@@ -313,7 +338,7 @@ def _find_surfaces(  # type: ignore[no-untyped-def]
         number, forward = counts[cell], forwards[cell]
         around = max(counts[cell - 1] if c > 0 else 0, counts[cell + 1])
         depth = forward * along_axis
-        if number < 2 or number < _NOISE_TAIL_FRACTION * around or depth > range_max - noise * depth * depth:
+        if number < _NOISE_TAIL_FRACTION * around or depth > range_max - noise * depth * depth:
             continue
         if edges[c + 1] * along_axis > reliable_range:
             if number < needed[2, c]:
@@ -335,6 +360,7 @@ def _find_surfaces(  # type: ignore[no-untyped-def]
         right = forward * ((b + 0.5) * TANGENT_STEP - TANGENT_MAX)
         if _is_inside(forward, right, noise, exclude):
             is_excluded[b] = True
+            parent[cell] = _COUNTED
             nearest[b] = min(nearest[b], forward)
             continue
         parent[cell] = cell
@@ -350,6 +376,7 @@ def _find_surfaces(  # type: ignore[no-untyped-def]
                         parent[max(one, two)] = min(one, two)
     return _collect(
         strong[:found],
+        is_cut,
         edges,
         pixels_per_m2,
         noise,
