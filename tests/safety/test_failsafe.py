@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import json
+import subprocess
+import sys
 
 import pytest
 from hypothesis import given
@@ -171,6 +174,35 @@ def test_explain_says_who_acts_and_why() -> None:
     assert "LAND by the autopilot" in text
     assert "link_lost" in text
     assert "pilot may override" in text
+
+
+def explained(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = (sys.executable, "-m", "flightapp", "explain", *arguments)
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+def test_the_command_tells_a_person_which_action_wins_and_why() -> None:
+    answer = explained("--set", "link_lost=1,camera_lost=1", "--after", "2")
+    assert answer.returncode == 0
+    assert "After 2 s: LAND by the autopilot, because of link_lost" in answer.stdout
+    assert "no obstacle picture within" in answer.stdout
+
+
+def test_the_command_tells_machines_the_same() -> None:
+    answer = explained("--set", "camera_lost=1", "--after", "2", "--json")
+    assert answer.returncode == 0
+    told = json.loads(answer.stdout)
+    assert told["state"] == "HOLD"
+    assert told["because"]["condition"] == "camera_lost"
+    assert [(row["action"], row["in_effect"]) for row in told["rows"]] == [("DEGRADED", True), ("HOLD", True), ("RETURN", False)]
+
+
+def test_the_command_refuses_an_unknown_condition_in_one_sentence() -> None:
+    answer = explained("--set", "linklost=1")
+    assert answer.returncode == 2
+    assert "'linklost': no such condition; known: " in answer.stderr
+    assert "link_lost" in answer.stderr
+    assert "Traceback" not in answer.stderr
 
 
 @pytest.mark.parametrize(("text", "word"), [("linklost=1", "link_lost"), ("link_lost=maybe", "write 1 or 0")])
