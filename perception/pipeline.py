@@ -52,7 +52,7 @@ class PerceptionPipeline:
         pose: of the vehicle at that time. exclude: (k, 3) north_m, east_m, radius_m of teammates and the target, which are not
         obstacles. Returns at most `discs_max` discs, nearest first, with unknown heights (-inf, +inf).
         """
-        exclude = exclude[np.isfinite(exclude).all(axis=1) & (exclude[:, 2] > 0)] if len(exclude) else NO_EXCLUSION
+        exclude = _usable(exclude)
         extraction = self._extractor.extract(frame, pose, exclude)
         tracked = self._tracker.update(frame.t_s, extraction.sighting, exclude)
         unseen = WHOLE_CIRCLE.copy()
@@ -73,3 +73,11 @@ class PerceptionPipeline:
         out[:, :5] = discs[nearest]
         out[:, 5], out[:, 6] = -math.inf, math.inf
         return PerceivedObstacles(t_s, out, tracked.age_s[nearest], tracked.confidence[nearest], unseen, events)
+
+
+def _usable(exclude: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rows that are circles. Of anything else, nothing is left out of the obstacles."""
+    rows = np.ascontiguousarray(exclude, np.float64)
+    if rows.ndim != 2 or rows.shape[1] != 3 or not len(rows):
+        return NO_EXCLUSION
+    return np.ascontiguousarray(rows[np.isfinite(rows).all(axis=1) & (rows[:, 2] > 0)])

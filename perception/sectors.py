@@ -28,7 +28,7 @@ def in_view(
     picture. What is nearer shows less of the band, what is further shows more.
     """
     k = intrinsics
-    lens = np.array([k.fx_px, k.fy_px, k.cx_px, k.cy_px, k.width_px - 1, k.height_px - 1])
+    lens = np.array([k.fx_px, k.fy_px, k.cx_px, k.cy_px, k.width_px - 1, k.height_px - 1], np.float64)
     seen = np.empty(len(_EDGES_RAD), np.bool_)
     above_m = vehicle_down_m - float(camera.position_ned_m[2])
     look = (parameters.look_distance_m, parameters.band_m, parameters.look_fraction_min)

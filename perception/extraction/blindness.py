@@ -4,9 +4,10 @@ A depth camera returns nothing from the open sky, from behind a finger and out o
 decided by bearing, for three bearing bins (two degrees) at a time:
 
 - At least one pixel in two hundred of the whole column, from the top to the bottom of the picture, must return a distance up to
-  30 m: the ground, a tree, the noisy distance. A column without any return proves nothing and is unseen.
+  30 m: the ground, a tree, the noisy distance. A few returns are enough where they lie at the distance of the ground. A column
+  without any return proves nothing and is unseen.
 - Where the ground is due within range, a fifth of the pixels must return, the ground or what stands before it.
-- Where the ground is due between there and 25 m, a column that returns far less than the others do there is unseen.
+- Where the furthest ground that other bearings show does not return, something hides it (extraction/ground_strip.py).
 - Where one pixel in ten is nearer than the camera can measure, something is in front of the lens.
 - A hole, a region without returns that is enclosed by returns or by the picture's edge other than towards the sky, hides the
   bearings in which it reaches into the height band. A gap between trees that is open to the sky is no hole.
@@ -25,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from perception.extraction.bearing_bins import BEARING_MAX_RAD, TANGENT_BINS, TANGENT_MAX, TANGENT_STEP, bin_of
+from perception.extraction.ground_strip import GroundStripSurvey
 from perception.extraction.height_band import HeightBand
 from perception.geometry import CameraPose
 from perception.parameters import PerceptionParameters
@@ -37,8 +39,6 @@ _STEP_MAX_PX = 4
 _TILE_STEPS = 4
 _GROUND_RANGE_FRACTION = 0.95
 _FAR_GROUND_MAX_M = 25.0
-_FAR_FRACTION_MIN = 0.3
-_FAR_SHARE_MIN = 0.2
 _DUE_MIN = 16
 _RETURNED_MIN = 4
 _NEAR_FRACTION_MAX = 0.1
@@ -50,10 +50,11 @@ _SKYWARD = 0.3
 _TERRAIN_HEIGHT = 1.5
 _TERRAIN_SLOPE = 0.1
 _CONTRADICTION_FRACTION = 0.3
-_REACH_STEP_M = 0.25
+REACH_STEP_M = 0.25
 _REACH_RETURNS_MIN = 3
 _REACH_FRACTION = 0.1
-_WANTED, _RETURNED, _NEAR, _DUE, _DUE_RETURNED, _FAR_DUE, _FAR_RETURNED = range(7)
+_BELOW_M = 0.5
+_WANTED, _RETURNED, _NEAR, _DUE, _DUE_RETURNED, _FAR_DUE, _BELOW = range(7)
 _TALLIES = 7
 _SATURATED = 65535
 
@@ -64,13 +65,18 @@ class Evidence:
 
     hidden: (360,) half-degree sectors ahead of which it proves nothing. is_blind: (360,) those among them in which something
     should have returned, or is too near; in the others nothing may be within reach, as above the horizon.
-    furthest_m: (TANGENT_BINS,), see `View`.
+    furthest_m: (TANGENT_BINS,), see `View`. standing: (TANGENT_BINS, reaches) samples within the height band that returned, by
+    their forward distance in steps of `REACH_STEP_M`. below, below_m: (TANGENT_BINS,) samples that show something which stands
+    less than half a metre below the height band, and the forward distance of the nearest.
     fault: what makes the whole frame unusable, or nothing. The other fields are then of no use.
     """
 
     hidden: NDArray[np.bool_]
     is_blind: NDArray[np.bool_]
     furthest_m: NDArray[np.float64]
+    standing: NDArray[np.int32]
+    below: NDArray[np.int32]
+    below_m: NDArray[np.float64]
     fault: str = ""
 
 
@@ -82,12 +88,14 @@ class EvidenceSurvey:
         self._range_min_m = range_min_m
         self._range_max_m = range_max_m
         self._reliable_range_m = reliable_range_m
-        self._reaches = max(1, math.ceil(reliable_range_m / _REACH_STEP_M))
+        self._reaches = max(1, math.ceil(reliable_range_m / REACH_STEP_M))
         self._tallies = np.zeros((_TALLIES, TANGENT_BINS), np.int32)
-        self._rays = np.zeros((2, TANGENT_BINS, self._reaches), np.int32)
+        self._rays = np.zeros((3, TANGENT_BINS, self._reaches), np.int32)
         self._bins = np.zeros((2, TANGENT_BINS), np.bool_)
         self._sectors = np.zeros((2, _SECTORS), np.bool_)
         self._furthest_m = np.zeros(TANGENT_BINS)
+        self._below_m = np.zeros(TANGENT_BINS)
+        self._strips = GroundStripSurvey(range_min_m)
         borders = np.linspace(-math.pi / 2, math.pi / 2, _SECTORS + 1)
         self._bins_of = np.array(
             [
@@ -110,13 +118,28 @@ class EvidenceSurvey:
             self._x,
             self._y,
             camera.level,
-            np.array([self._range_min_m, self._range_max_m, band.top_m, band.bottom_m, height_m]),
+            np.array(
+                [
+                    self._range_min_m,
+                    self._range_max_m,
+                    band.top_m,
+                    band.bottom_m,
+                    height_m,
+                    band.slope,
+                    band.ground_m,
+                    band.ground_slope,
+                ]
+            ),
             self._parameters.ground_height_error_m,
             self._reliable_range_m,
             self._tallies,
             self._rays,
             self._tiles,
+            self._below_m,
+            self._row_work,
+            self._row_rays,
         )
+        strip = self._strips.survey(frame, camera, height_m)
         fault = ""
         if saturated > _COVERED_FRACTION * samples:
             fault = f"{_percent(saturated, samples)} of the depth frame's pixels are at the maximum, {_SATURATED}"
@@ -144,12 +167,15 @@ class EvidenceSurvey:
             band.bottom_m,
             self._parameters.return_fraction_min,
             self._parameters.ground_return_fraction_min,
+            strip.is_blind,
+            strip.is_ground,
             self._bins_of,
             self._bins,
             self._sectors,
             self._furthest_m,
         )
-        return Evidence(self._sectors[0], self._sectors[1], self._furthest_m, fault)
+        below = self._tallies[_BELOW]
+        return Evidence(self._sectors[0], self._sectors[1], self._furthest_m, self._rays[2], below, self._below_m, fault)
 
     def _prepare(self, k: Intrinsics) -> None:
         # A bearing bin must not fall between two columns.
@@ -163,6 +189,8 @@ class EvidenceSurvey:
         side = self._step * _TILE_STEPS
         self._tile_x = (np.minimum(np.arange(columns + 1) * side, k.width_px) - k.cx_px) / k.fx_px
         self._tile_y = (np.minimum(np.arange(rows + 1) * side, k.height_px) - k.cy_px) / k.fy_px
+        self._row_work = np.zeros((3, len(self._x)), np.int32)
+        self._row_rays = np.zeros((2, len(self._x)))
         self._intrinsics = k
 
 
@@ -171,68 +199,105 @@ def _percent(part: int, whole: int) -> str:
 
 
 @numba.njit(
-    "UniTuple(i8,6)(u2[:,::1],f8,i8,f8[::1],f8[::1],f8[:,::1],f8[::1],f8,f8,i4[:,::1],i4[:,:,::1],i4[:,:,::1])",
+    "UniTuple(i8,6)(u2[:,::1],f8,i8,f8[::1],f8[::1],f8[:,::1],f8[::1],f8,f8,i4[:,::1],i4[:,:,::1],i4[:,:,::1],f8[::1],i4[:,::1],f8[:,::1])",
     cache=True,
     nogil=True,
     error_model="numpy",
 )
 def _survey(  # type: ignore[no-untyped-def]
-    depth, unit, step, x, y, level, limits, ground_error, reliable, tallies, rays, tiles
+    depth, unit, step, x, y, level, limits, ground_error, reliable, tallies, rays, tiles, below_m, row_work, row_rays
 ):
     """Count samples by bearing bin (tallies), by how far they prove a line of sight free (rays), by place in the picture (tiles).
 
-    limits: range_min, range_max, top and bottom of the band, height above ground. rays: all, then those that returned.
-    tiles: all, then those that returned. Returns how many samples there are, returned, are saturated, are too near; how many
-    looked at the ground within range and returned, and how many of these came from beneath it.
+    limits: range_min, range_max, top and bottom of the band, height above ground, the band's slope, lowest height that is no
+    ground, its slope. rays: all, those that returned, returns from within the
+    band by their own distance, single ones too. tiles: all, then those that returned. below_m: forward distance of
+    the nearest thing right below the band. row_work: bin, ray's end, class of ground; row_rays: ahead, down; of one row, filled
+    by a loop without branches. Returns how many samples there are, returned, are saturated, are too near; how many looked at
+    the ground within range and returned, and how many of these came from beneath it.
     """
     tallies[:] = 0
     rays[:] = 0
     tiles[:] = 0
+    below_m[:] = np.inf
+    bins, leaves, grounds = row_work[0], row_work[1], row_work[2]
+    aheads, downs = row_rays[0], row_rays[1]
     range_min, range_max, top, bottom, height = limits[0], limits[1], limits[2], limits[3], limits[4]
-    reaches = rays.shape[2]
+    slope, lowest, lowest_slope = limits[5], limits[6], limits[7]
+    last_reach = np.int32(rays.shape[2] - 1)
     ground_range = _GROUND_RANGE_FRACTION * range_max
+    under, over = max(bottom, 0.0), min(top, 0.0)
+    due_height = max(height + ground_error, 1e-3)
+    bins_per_tangent, reaches_per_m = 1.0 / TANGENT_STEP, 1.0 / REACH_STEP_M
+    nearest_raw = np.int32(min(65535.0, math.ceil(range_min / unit)))
+    furthest_raw = np.int32(min(65534.0, math.floor(_REAL_MAX_M / unit)))
+    reliable_raw = np.int32(min(65534.0, reliable / unit))
+    columns = x.shape[0]
     total_returned = saturated = total_near = total_due = contradictions = 0
     for j in range(y.shape[0]):
-        v = step // 2 + j * step
-        for i in range(x.shape[0]):
-            u = step // 2 + i * step
-            raw = depth[v, u]
-            z = raw * unit
-            is_saturated = raw == _SATURATED
-            is_near = raw > 0 and z < range_min
+        row = depth[step // 2 + j * step]
+        ahead_row, aside_row = level[0, 1] * y[j] + level[0, 2], level[1, 1] * y[j] + level[1, 2]
+        down_row = level[2, 1] * y[j] + level[2, 2]
+        for i in range(columns):
+            ahead = level[0, 0] * x[i] + ahead_row
+            aside = level[1, 0] * x[i] + aside_row
+            down = level[2, 0] * x[i] + down_row
+            is_ahead = (ahead > 1e-3) & (abs(aside) < TANGENT_MAX * ahead)
+            tangent = min(max(aside / ahead, -TANGENT_MAX), TANGENT_MAX)
+            b = min(np.int32((tangent + TANGENT_MAX) * bins_per_tangent), np.int32(TANGENT_BINS - 1))
+            bins[i] = b if is_ahead else np.int32(-1)
+            per_down = ahead / down
+            leave = min(reliable, under * per_down if down > 1e-6 else (over * per_down if down < -1e-6 else reliable))
+            aheads[i] = ahead
+            downs[i] = down
+            leaves[i] = min(np.int32(max(leave, 0.0) * reaches_per_m), last_reach)
+            grounds[i] = (
+                np.int32(2)
+                if down * ground_range >= due_height
+                else (np.int32(1) if down * _FAR_GROUND_MAX_M >= due_height else np.int32(0))
+            )
+        tile_row = j // _TILE_STEPS
+        u = step // 2
+        for i in range(columns):
+            raw = np.int32(row[u])
+            is_near = np.int32((raw > 0) & (raw < nearest_raw))
             # A single pixel is noise: the one beside it must have returned as well.
-            is_valid = raw > 0 and not is_saturated and not is_near and depth[v, u + 1] > 0
-            returned = 1 if is_valid and z <= _REAL_MAX_M else 0
-            saturated += is_saturated
-            total_near += is_near
-            total_returned += returned
-            tiles[0, j // _TILE_STEPS, i // _TILE_STEPS] += 1
-            tiles[1, j // _TILE_STEPS, i // _TILE_STEPS] += returned
-            ahead = level[0, 0] * x[i] + level[0, 1] * y[j] + level[0, 2]
-            aside = level[1, 0] * x[i] + level[1, 1] * y[j] + level[1, 2]
-            if ahead <= 1e-3 or abs(aside) >= TANGENT_MAX * ahead:
+            is_valid = (raw >= nearest_raw) & (raw > 0) & (raw != _SATURATED) & (row[u + 1] > 0)
+            u += step
+            returned = np.int32(is_valid & (raw <= furthest_raw))
+            saturated += int(raw == _SATURATED)
+            total_near += int(is_near)
+            total_returned += int(returned)
+            tiles[0, tile_row, i // _TILE_STEPS] += 1
+            tiles[1, tile_row, i // _TILE_STEPS] += returned
+            b = bins[i]
+            if b < 0:
                 continue
-            down = level[2, 0] * x[i] + level[2, 1] * y[j] + level[2, 2]
-            b = min(int((aside / ahead + TANGENT_MAX) / TANGENT_STEP), TANGENT_BINS - 1)
             tallies[_WANTED, b] += 1
             tallies[_RETURNED, b] += returned
             tallies[_NEAR, b] += is_near
-            if down * ground_range >= max(height + ground_error, 1e-3):
+            if grounds[i] == 2:
                 tallies[_DUE, b] += 1
                 tallies[_DUE_RETURNED, b] += returned
                 total_due += is_valid
-                contradictions += is_valid and z * down > _TERRAIN_HEIGHT * height + ground_error + _TERRAIN_SLOPE * z
-            elif down * _FAR_GROUND_MAX_M >= max(height + ground_error, 1e-3):
+                z = raw * unit
+                contradictions += is_valid and z * downs[i] > _TERRAIN_HEIGHT * height + ground_error + _TERRAIN_SLOPE * z
+            elif grounds[i] == 1:
                 tallies[_FAR_DUE, b] += 1
-                tallies[_FAR_RETURNED, b] += returned
-            leave = reliable
-            if down > 1e-6:
-                leave = min(leave, max(bottom, 0.0) * ahead / down)
-            elif down < -1e-6:
-                leave = min(leave, min(top, 0.0) * ahead / down)
-            rays[0, b, min(int(leave / _REACH_STEP_M), reaches - 1)] += 1
+            rays[0, b, leaves[i]] += 1
+            if raw < nearest_raw or raw > furthest_raw:
+                continue
+            z = raw * unit
+            reach = np.int32(z * aheads[i] * reaches_per_m)
             if returned:
-                rays[1, b, min(int(min(leave, z * ahead) / _REACH_STEP_M), reaches - 1)] += 1
+                rays[1, b, min(leaves[i], reach)] += 1
+            down, widened = z * downs[i], slope * z
+            if raw < reliable_raw and down >= top - widened and down + lowest_slope * z <= lowest:
+                if down <= bottom + widened:
+                    rays[2, b, min(last_reach, reach)] += 1
+                elif down <= bottom + widened + _BELOW_M:
+                    tallies[_BELOW, b] += 1
+                    below_m[b] = min(below_m[b], z * aheads[i])
     return y.shape[0] * x.shape[0], total_returned, saturated, total_near, total_due, contradictions
 
 
@@ -291,7 +356,8 @@ def _hide_holes(tiles, work, tile_x, tile_y, level, top, bottom, is_blind):  # t
 
 
 @numba.njit(
-    "void(i4[:,::1],i4[:,:,::1],i4[:,:,::1],i4[:,::1],f8[::1],f8[::1],f8[:,::1],f8,f8,f8,f8,i4[:,::1],b1[:,::1],b1[:,::1],f8[::1])",
+    "void(i4[:,::1],i4[:,:,::1],i4[:,:,::1],i4[:,::1],f8[::1],f8[::1],f8[:,::1],f8,f8,f8,f8,b1[::1],b1[::1],"
+    "i4[:,::1],b1[:,::1],b1[:,::1],f8[::1])",
     cache=True,
     nogil=True,
     error_model="numpy",
@@ -308,6 +374,8 @@ def _decide(  # type: ignore[no-untyped-def]
     bottom,
     fraction_min,
     ground_fraction_min,
+    is_strip_blind,
+    is_ground,
     bins_of,
     bins,
     sectors,
@@ -316,30 +384,20 @@ def _decide(  # type: ignore[no-untyped-def]
     """Fill furthest (TANGENT_BINS,) and sectors (2, 360), which are hidden and which of these blind, from what was counted."""
     bins[:] = False
     is_hidden, is_blind = bins[0], bins[1]
-    far_due = far_returned = 0
-    for b in range(TANGENT_BINS):
-        far_due += tallies[_FAR_DUE, b]
-        far_returned += tallies[_FAR_RETURNED, b]
-    far_share = far_returned / far_due if far_due else 0.0
     for b in range(TANGENT_BINS):
         first, end = max(b - 1, 0), min(b + 2, TANGENT_BINS)
-        wanted = returned = near = due = due_returned = far = far_back = 0
+        wanted = returned = near = due = due_returned = 0
         for k in range(first, end):
             wanted += tallies[_WANTED, k]
             returned += tallies[_RETURNED, k]
             near += tallies[_NEAR, k]
             due += tallies[_DUE, k]
             due_returned += tallies[_DUE_RETURNED, k]
-            far += tallies[_FAR_DUE, k]
-            far_back += tallies[_FAR_RETURNED, k]
-        if returned < max(_RETURNED_MIN, fraction_min * wanted):
+        if returned < max(_RETURNED_MIN, fraction_min * wanted) and not is_ground[b]:
             is_hidden[first:end] = True
-        if (
-            near > _NEAR_FRACTION_MAX * wanted
-            or (due >= _DUE_MIN and due_returned < ground_fraction_min * due)
-            or (far >= _DUE_MIN and far_share >= _FAR_FRACTION_MIN and far_back < _FAR_SHARE_MIN * far_share * far)
-        ):
+        if near > _NEAR_FRACTION_MAX * wanted or (due >= _DUE_MIN and due_returned < ground_fraction_min * due):
             is_blind[first:end] = True
+        is_blind[b] |= is_strip_blind[b]
     _hide_holes(tiles, tile_work, tile_x, tile_y, level, top, bottom, is_blind)
     for sector in range(sectors.shape[1]):
         sectors[1, sector] = False
@@ -355,5 +413,5 @@ def _decide(  # type: ignore[no-untyped-def]
             passing += rays[0, b, k]
             back += rays[1, b, k]
             if back >= max(_REACH_RETURNS_MIN, _REACH_FRACTION * passing):
-                furthest[b] = k * _REACH_STEP_M
+                furthest[b] = k * REACH_STEP_M
                 break
