@@ -21,6 +21,7 @@ from flightapp.preflight.checks import (
     ready_to_arm,
     system_id,
     team,
+    transmitter,
 )
 from flightapp.preflight.facts import Facts
 from flightapp.preflight.result import Level, Result
@@ -32,6 +33,7 @@ CHECKS: tuple[Check, ...] = (
     autopilot_version.judge,
     system_id.judge,
     ready_to_arm.judge,
+    transmitter.judge,
     position.judge,
     place.judge,
     battery.judge,

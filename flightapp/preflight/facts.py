@@ -23,6 +23,8 @@ class CameraFacts:
     failure: str
     fault: str
     restarts: int
+    warning: str = ""
+    """What should be put right although frames come: a camera on USB 2."""
 
 
 @dataclass(frozen=True, slots=True)

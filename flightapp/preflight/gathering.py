@@ -76,6 +76,7 @@ class Gatherer:
             failure=perception.failure or "",
             fault=health.source.fault,
             restarts=health.source.restarts,
+            warning=health.source.warning,
         )
 
     def _teammates(self, now_s: float) -> list[TeammateFacts]:

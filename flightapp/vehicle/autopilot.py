@@ -84,6 +84,8 @@ class AutopilotDetails:
     home_ned_m: tuple[float, float, float] | None
     transmitter_seen: bool | None
     """Whether the pilot's transmitter is received; None where it is not reported."""
+    telemetry_gap_s: float | None = None
+    """Longest wait for position or attitude lately; None where it is not measured."""
 
 
 class Autopilot(Protocol):

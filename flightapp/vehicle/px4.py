@@ -94,6 +94,7 @@ class Px4:
             accuracy=telemetry.accuracy(),
             home_ned_m=telemetry.home_ned_m(),
             transmitter_seen=telemetry.transmitter_seen,
+            telemetry_gap_s=max(telemetry.state_rate.gap_max_s(now_s), telemetry.attitude_rate.gap_max_s(now_s)),
         )
 
     async def set_heights(self, takeoff_m: float, return_m: float) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from itertools import pairwise
 
 WINDOW_S = 2.0
 
@@ -22,3 +23,10 @@ class RateMeter:
         if len(arrivals) < 2:
             return 0.0
         return (len(arrivals) - 1) / max(t_s - arrivals[0], 1e-3)
+
+    def gap_max_s(self, t_s: float) -> float:
+        """The longest wait for an arrival in that time, the one that still lasts included; `WINDOW_S` without any."""
+        arrivals = [arrived for arrived in tuple(self._arrivals_s) if arrived > t_s - WINDOW_S]
+        if not arrivals:
+            return WINDOW_S
+        return max(later - earlier for earlier, later in pairwise((*arrivals, max(t_s, arrivals[-1]))))

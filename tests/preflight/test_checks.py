@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,9 @@ def test_a_good_vehicle_is_ready_and_every_result_says_why_it_matters() -> None:
 NOT_READY = {
     "no heartbeat": (good_facts(status=Status(False, "HOLD", False, "ON_GROUND", 0.0)), "link", Level.FAILED),
     "slow telemetry": (with_details(state_rate_hz=10.0), "link", Level.FAILED),
+    "stuttering telemetry": (with_details(telemetry_gap_s=0.4), "link", Level.WARNING),
+    "transmitter off": (with_details(transmitter_seen=False), "transmitter", Level.FAILED),
+    "transmitter not told": (with_details(transmitter_seen=None), "transmitter", Level.WARNING),
     "ArduPilot": (with_details(autopilot="ArduPilot"), "autopilot", Level.FAILED),
     "old firmware": (with_details(version=(1, 11, 3)), "autopilot", Level.FAILED),
     "version unknown": (with_details(version=None), "autopilot", Level.WARNING),
@@ -72,6 +77,7 @@ NOT_READY = {
     "camera fault": (with_camera(fault="RealSense unplugged"), "camera", Level.FAILED),
     "camera slow": (with_camera(rate_hz=12.0), "camera", Level.WARNING),
     "camera late": (with_camera(latency_s=0.3), "camera", Level.WARNING),
+    "camera on USB 2": (with_camera(warning="connected over USB 2.1"), "camera", Level.WARNING),
     "camera restarted": (with_camera(restarts=2), "camera", Level.WARNING),
     "camera missing": (good_facts(camera=None), "camera", Level.SKIPPED if PROFILE.camera.source != "none" else Level.FAILED),
     "teammate not heard": (with_teammate(age_s=None), "team", Level.RUNNING),
@@ -155,6 +161,19 @@ def test_without_a_transmitter_offboard_must_be_excepted_from_its_loss() -> None
     assert parameters["COM_RCL_EXCEPT"] == 4
     facts = good_facts(profile=profile, parameters={**parameters, "COM_RCL_EXCEPT": 0})
     assert result_of(facts, "COM_RCL_EXCEPT").level is Level.FAILED
+
+
+def test_a_vehicle_without_a_pilot_is_asked_for_no_transmitter() -> None:
+    profile = PROFILE.model_copy(update={"autopilot": PROFILE.autopilot.model_copy(update={"pilot_transmitter": False})})
+    facts = with_details(transmitter_seen=False)
+    assert result_of(replace(facts, profile=profile), "transmitter").level is Level.SKIPPED
+
+
+@pytest.mark.parametrize(("fix", "word"), [(3, "3-D fix"), (5, "RTK float"), (6, "RTK fixed")])
+def test_a_receiver_that_converges_shows_how_far_it_is(fix: int, word: str) -> None:
+    result = result_of(with_details(accuracy=Accuracy(14, fix, 0.8, 1.2)), "position")
+    assert result.level is Level.PASSED
+    assert word in result.found
 
 
 def test_a_waiver_by_name_lets_fly_and_stays_visible() -> None:

@@ -29,6 +29,15 @@ def test_a_link_that_falls_silent_has_no_rate_soon() -> None:
     assert meter.rate_hz(1.98 + WINDOW_S) == 0.0
 
 
+def test_the_longest_wait_counts_also_while_it_lasts() -> None:
+    meter = RateMeter()
+    assert meter.gap_max_s(5.0) == WINDOW_S
+    for number in range(50):
+        meter.note(number * 0.02 + (0.3 if number >= 25 else 0.0))
+    assert meter.gap_max_s(1.28) == pytest.approx(0.32)
+    assert meter.gap_max_s(2.08) == pytest.approx(0.8)
+
+
 def test_gaps_are_those_inside_a_stream_and_are_counted_once() -> None:
     meter = GapMeter()
     assert meter.take() is None

@@ -35,6 +35,8 @@ def judge(facts: Facts) -> tuple[Result, ...]:
     if camera.rate_hz < RATE_FRACTION_MIN * config.rate_hz:
         level = Level.RUNNING if facts.waited_s < FIRST_FRAME_S else Level.WARNING
         return (Result(NAME, level, found, REASON, PLUG),)
+    if camera.warning:
+        return (Result(NAME, Level.WARNING, f"{found}; {camera.warning}", REASON, PLUG),)
     if camera.latency_s is not None and camera.latency_s > LATENCY_MAX_S:
         return (Result(NAME, Level.WARNING, found, REASON, "something else uses the processor; see top"),)
     return (Result(NAME, Level.PASSED, found, REASON),)
