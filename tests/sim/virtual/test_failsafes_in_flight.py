@@ -42,7 +42,7 @@ def break_the_tick(flight: Flight) -> None:
     def fail(*_: object) -> None:
         raise RuntimeError("the journal broke")
 
-    flight.one.rooms.journal.own = fail  # type: ignore[method-assign]
+    flight.one.rooms.journal.own = fail  # type: ignore[assignment, method-assign]
 
 
 def raise_in_planner(flight: Flight) -> None:
@@ -204,8 +204,8 @@ def recorded_s(row: Row, flight: Flight) -> float:
         if (data["state"], data.get("condition")) == (row.action.name, row.condition):
             assert data["by"] == row.by
             return float(event["t_s"])
-    told = [event["text"] for event in flight.events("failsafe")]
-    raise AssertionError(f"no event of {row.condition} {row.action.name}: {told}")
+    texts = [event["text"] for event in flight.events("failsafe")]
+    raise AssertionError(f"no event of {row.condition} {row.action.name}: {texts}")
 
 
 def assert_done(row: Row, flight: Flight, acted_s: float) -> None:
