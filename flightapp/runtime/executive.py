@@ -19,7 +19,7 @@ from flightapp.runtime import operator_commands
 from flightapp.runtime.authority import Authority
 from flightapp.runtime.bringing_down import BringingDown
 from flightapp.runtime.control_loop import ControlLoop, Guidance
-from flightapp.runtime.failsafe_conditions import TARGET_AGE_MAX_S
+from flightapp.runtime.failsafe_conditions import TARGET_AGE_MAX_S, is_own_state_stale
 from flightapp.runtime.failsafe_watch import FailsafeWatch
 from flightapp.runtime.ground_checks import pass_checklist
 from flightapp.runtime.interruption import InterruptedMission, Next
@@ -124,7 +124,8 @@ class Executive:
         climbing_s = rooms.clock.now_s()
         while self._height_m() < wanted:
             now_s = rooms.clock.now_s()
-            if not (self._authority.is_settled and rooms.autopilot.status().flight_mode == "HOLD"):
+            holds = self._authority.is_settled and rooms.autopilot.status().flight_mode == "HOLD"
+            if not holds or is_own_state_stale(rooms, now_s):  # An old height does not tell where the climb has ended.
                 climbing_s = now_s
             if now_s - climbing_s > SHORT_HOLD_S:
                 raise self._failsafes.release("HOLD below the mission height: not this app's choice")

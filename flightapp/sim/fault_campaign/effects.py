@@ -213,7 +213,7 @@ class CutOff:
 
 
 class WrongClock:
-    """The vehicle computer's clock jumps."""
+    """The vehicle computer's clock is wrong from the start; in flight fleet time is monotonic and cannot jump."""
 
     def __init__(self, step_s: float) -> None:
         self._step_s = step_s

@@ -102,6 +102,8 @@ KINDS: Mapping[str, Kind] = {
     "camera raises": Kind(lambda _: Filmed("raises"), LONG, needs_camera=True),
     "network short": Kind(lambda _: CutOff(), SHORT),
     "network long": Kind(lambda _: CutOff(), (5.0, 30.0)),
-    "clock wrong": Kind(lambda injection: WrongClock(dict(injection.fields)["step_s"]), ranges=(("step_s", (-5.0, 5.0)),)),
+    "clock wrong": Kind(
+        lambda injection: WrongClock(dict(injection.fields)["step_s"]), ranges=(("step_s", (-1.5, 1.5)),), from_start=True
+    ),
     "disk full": Kind(lambda _: FullDisk()),
 }

@@ -93,6 +93,14 @@ def test_a_killed_process_leaves_a_recoverable_recording_and_a_vehicle_on_the_gr
     assert (tmp_path / "run/e1.recovered.mcap").exists()
 
 
+def test_a_climb_that_is_not_seen_is_not_taken_for_a_pilots_hold(short_hover: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Found by seed 1: with old telemetry the app let go of a vehicle that nobody flew, and it hovered for ever."""
+    verdict = flown_with(short_hover, monkeypatch, Injection("telemetry off", "e1", Moment.TAKEOFF, 0.5, 8.0))
+    assert verdict.injections == (("telemetry off", "e1", "felt"),)
+    assert verdict.outcomes == (("e1", "timeout"),)
+    assert verdict.violations == ()
+
+
 def test_a_fault_whose_moment_never_comes_is_reported_as_not_begun(short_hover: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(flight, "TIME_LIMIT_S", 5.0)
     verdict = flown_with(short_hover, monkeypatch, Injection("killed", "e1", Moment.WAY_HOME, 0.0, None))
