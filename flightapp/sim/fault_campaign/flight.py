@@ -7,7 +7,7 @@ import random
 import threading
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -201,8 +201,9 @@ def _leftovers() -> Iterator[str]:
         if thread.name == "recorder":
             yield "a recorder's thread lives on"
     for process in psutil.Process().children():
-        if "flightapp" in " ".join(process.cmdline()):
-            yield f"a process lives on: {process.name()}"
+        with suppress(psutil.Error):  # It has ended meanwhile.
+            if "flightapp" in " ".join(process.cmdline()):
+                yield f"a process lives on: {process.name()}"
 
 
 def _readable(path: Path) -> Recording | None:
