@@ -8,6 +8,7 @@ import numpy as np
 from flightapp.recording.reader import Recording, read_recording
 from tests.runtime.one_vehicle import LAND, OneVehicle, one_vehicle, until
 
+RETURN = 4 | 5 << 8
 BREAKING = Path(__file__).with_name("breaking_vehicle.py")
 
 
@@ -21,35 +22,35 @@ def scenario(folder: Path, fault: str) -> tuple[str, str]:
     return "--scenario", str(path)
 
 
-def test_a_strategy_that_raises_is_replaced_by_braking_and_a_landing(tmp_path: Path) -> None:
+def test_a_strategy_that_raises_is_replaced_by_braking_and_the_way_home(tmp_path: Path) -> None:
     with one_vehicle(tmp_path, script=BREAKING, script_arguments=("raises",)) as vehicle:
         vehicle.wait_for_offboard()
-        until(lambda: vehicle.relay.mode() == LAND, 20.0, "landing", vehicle)
-        assert vehicle.process.wait(timeout=40) == 3
+        until(lambda: vehicle.relay.mode() == RETURN, 20.0, "return", vehicle)
+        assert vehicle.process.wait(timeout=60) == 3
         recording = recording_of(vehicle)
         assert recording.topic("/phase").texts("outcome")[-1] == "fault"
         assert any("the strategy broke" in text for text in recording.topic("/event").texts("text"))
         speeds = np.linalg.norm(recording.topic("/own").vectors("velocity_ned_m_s")[:, :2], axis=1)
-        landing_s = recording.topic("/phase").t_s[recording.topic("/phase").texts("phase").index("land")]
+        returning_s = recording.topic("/phase").t_s[recording.topic("/phase").texts("phase").index("return")]
         assert speeds.max() > 2.0
-        before_land_mode = recording.topic("/setpoint").t_s >= landing_s
-        assert np.abs(recording.topic("/setpoint").vectors("velocity_ned_m_s")[before_land_mode][:, :2]).max() < 1.1
+        before_return_mode = recording.topic("/setpoint").t_s >= returning_s
+        assert np.abs(recording.topic("/setpoint").vectors("velocity_ned_m_s")[before_return_mode][:, :2]).max() < 1.1
+        assert np.linalg.norm(recording.topic("/own").vectors("position_ned_m")[-1, :2]) < 1.0
 
 
 def test_a_setpoint_that_is_not_finite_never_reaches_the_autopilot(tmp_path: Path) -> None:
     with one_vehicle(tmp_path, script=BREAKING, script_arguments=("not-finite",)) as vehicle:
         vehicle.wait_for_offboard()
-        until(lambda: "not finite" in str(acting(vehicle)), 20.0, "guard", vehicle)
-        vehicle.process.terminate()
-        vehicle.process.wait(timeout=40)
+        until(lambda: vehicle.relay.mode() == RETURN, 20.0, "return", vehicle)
+        assert vehicle.process.wait(timeout=60) == 3
+        recording = recording_of(vehicle)
+        assert "not finite" in str([message["acting"] for message in recording.topic("/setpoint").messages])
+        told = [event["data"]["state"] for event in recording.topic("/event").messages if event["name"] == "failsafe"]
+        assert told == ["HOLD", "RETURN"]
         flown = np.array(vehicle.relay.velocities_m_s)
         assert np.isfinite(flown).all()
         assert flown[:, 0].max() > 2.0  # it flew before the strategy broke
         assert abs(flown[-1, 0]) < 1.1
-
-
-def acting(vehicle: OneVehicle) -> list[object]:
-    return [message["acting"] for message in recording_of(vehicle).topic("/setpoint").messages[-5:]]
 
 
 def test_a_strategy_that_never_returns_is_killed_by_the_deadman(tmp_path: Path) -> None:
