@@ -150,7 +150,8 @@ def _trace(plan: Plan, mission: Mission, fleet: VirtualFleet, observer: Observer
             error=one.error,
             is_piloted=is_piloted(site),
             crashes=list(_crashes(one)),
-            recordings=[_check(folder / f"{name}.mcap", recording)],
+            recordings=[] if _never_written(site) else [_check(folder / f"{name}.mcap", recording)],
+            is_recorded=not _never_written(site),
         )
         if name in killed:
             vehicles[name].recordings.append(_cut_and_recovered(folder / f"{name}.mcap", plan.seed))
@@ -211,6 +212,11 @@ def _readable(path: Path) -> Recording | None:
         return read_recording(path)
     except InputError:
         return None
+
+
+def _never_written(site: Site) -> bool:
+    """The disk was full before anything had reached it: there is nothing to read."""
+    return site.disk.is_full and site.one.recorder.path.stat().st_size == 0
 
 
 def _check(path: Path, recording: Recording | None) -> RecordingCheck:

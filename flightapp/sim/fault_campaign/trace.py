@@ -90,6 +90,8 @@ class VehicleTrace:
     crashes: list[str] = field(default_factory=list)
     """Exceptions that nobody handled, and tasks that did not end."""
     recordings: list[RecordingCheck] = field(default_factory=list)
+    is_recorded: bool = True
+    """False where the disk was full before anything had reached it."""
 
     @property
     def name(self) -> str:

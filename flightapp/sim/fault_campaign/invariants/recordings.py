@@ -10,7 +10,7 @@ from flightapp.sim.fault_campaign.trace import Finding, Trace
 def recordings(trace: Trace) -> Iterator[Finding]:
     """Every vehicle's recording can be read and holds something; that of a killed process is cut off and must be recoverable."""
     for one in trace.vehicles.values():
-        if not one.recordings:
+        if one.is_recorded and not one.recordings:
             yield Finding(one.name, None, "no recording")
         for check in one.recordings:
             if check.error or not check.messages:
