@@ -24,6 +24,7 @@ def in_view(
 ) -> NDArray[np.bool_]:
     """(360,) which half-degree sectors ahead show enough of the height band around the vehicle.
 
+    Bearings are the camera's: what is 1 m away a camera 0.1 m ahead of the vehicle sees up to 4 degrees further aside.
     A sector is in view if both its borders are: at `look_distance_m`, at least `look_fraction_min` of the band lies in the
     picture. What is nearer shows less of the band, what is further shows more.
     """

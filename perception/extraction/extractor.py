@@ -16,6 +16,7 @@ from perception.extraction.height_band import height_band
 from perception.extraction.pixels import PixelCounter
 from perception.extraction.polar_grid import DistanceCells
 from perception.extraction.surfaces import SurfaceFinder
+from perception.extraction.uncovered import UncoveredSurfaces
 from perception.extraction.unexplained import UnexplainedReturns
 from perception.geometry import CameraPose, MountingLike, camera_pose
 from perception.parameters import PerceptionParameters
@@ -56,6 +57,7 @@ class Extractor:
         self._surfaces = SurfaceFinder(parameters, cells, range_max_m)
         self._coverer = Coverer(parameters, range_max_m, TANGENT_BINS * len(cells))
         self._unexplained = UnexplainedReturns(parameters.depth_noise_1_m, self._surfaces.reliable_range_m)
+        self._uncovered = UncoveredSurfaces(parameters.depth_noise_1_m)
         self._survey = EvidenceSurvey(parameters, range_min_m, range_max_m, self._surfaces.reliable_range_m)
 
     def reset(self) -> None:
@@ -84,6 +86,7 @@ class Extractor:
         points = self._surfaces.find(self._pixels.grid, self._pixels.is_cut, frame.intrinsics, camera, exclude)
         seen &= ~self._unexplained.sectors(evidence, points.nearest_m, float(camera.level[0, 2]))
         found = self._coverer.cover(points, seen, camera, self._surfaces.reliable_range_m)
+        seen &= ~self._uncovered.sectors(points, found.discs)
         view = View(
             camera,
             seen,

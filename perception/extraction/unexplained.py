@@ -9,16 +9,13 @@ behind it, hides its bearing.
 
 from __future__ import annotations
 
-import math
-
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from perception.extraction.bearing_bins import BEARING_MAX_RAD, TANGENT_BINS, bin_of
+from perception.extraction.bearing_bins import SECTORS, TANGENT_BINS, bins_of_sectors
 from perception.extraction.blindness import REACH_STEP_M, Evidence
 
-_SECTORS = 360
 _STANDING_MIN = 6
 """A wrong match of stereo is up to six pixels wide and high: up to four samples, one in four rows and columns."""
 _BELOW_MIN = 4
@@ -33,15 +30,8 @@ class UnexplainedReturns:
         self._noise_1_m = noise_1_m
         self._reliable_range_m = reliable_range_m
         self._is_unexplained = np.zeros(TANGENT_BINS, np.bool_)
-        self._sectors = np.zeros(_SECTORS, np.bool_)
-        borders = np.linspace(-math.pi / 2, math.pi / 2, _SECTORS + 1)
-        self._bins_of = np.array(
-            [
-                (bin_of(low), bin_of(high)) if high > -BEARING_MAX_RAD and low < BEARING_MAX_RAD else (1, 0)
-                for low, high in zip(borders[:-1] + 1e-6, borders[1:] - 1e-6, strict=True)
-            ],
-            np.int32,
-        )
+        self._sectors = np.zeros(SECTORS, np.bool_)
+        self._bins_of = bins_of_sectors()
 
     def sectors(self, evidence: Evidence, nearest_m: NDArray[np.float64], along_axis: float) -> NDArray[np.bool_]:
         """(360,) half-degree sectors ahead with such returns.

@@ -16,7 +16,7 @@ def report(tracks, t_s, memory_s, memory_moving_s, rules, discs, age_s, confiden
     rule, shown = rules[0], 0
     for j in range(tracks.shape[0]):
         track = tracks[j]
-        age = t_s - track.seen_s
+        age = max(t_s - track.seen_s, 0.0)  # times that were shifted with a clock set back are rounded
         if track.is_withheld == 1 or age > memory_s:
             continue
         # It was corrected, if it was seen, after it was predicted.
