@@ -2,7 +2,7 @@
 VENV := .venv
 PY := $(VENV)/bin/python
 MISSION := missions/demo_two_pursuers.toml
-COMPUTING := tests/analysis tests/config tests/core tests/estimation tests/perception tests/planning tests/safety tests/sim/batch
+CROWDED := tests/scenarios
 
 .PHONY: run test lint types pytest install-nuc clean
 run: $(VENV)/.ok
@@ -17,10 +17,10 @@ lint: $(VENV)/.ok
 types: $(VENV)/.ok
 	$(PY) -m mypy
 
-# What only computes runs on both cores; what flies in real time runs after it, alone.
+# Whole fleets in real time fly alone, after everything else.
 pytest: $(VENV)/.ok
-	$(PY) -m pytest -n 2 --dist loadfile $(COMPUTING)
-	$(PY) -m pytest $(addprefix --ignore=,$(COMPUTING)) tests
+	$(PY) -m pytest -n 2 --dist loadfile --ignore=$(CROWDED) --durations=10 tests
+	$(PY) -m pytest --durations=10 $(CROWDED)
 
 # On the companion computer, as root: program, systemd unit, udev rules. Options stand in tools/deploy/install.sh.
 install-nuc:
