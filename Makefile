@@ -2,6 +2,7 @@
 VENV := .venv
 PY := $(VENV)/bin/python
 MISSION := missions/demo_two_pursuers.toml
+IN_REAL_TIME := tests/runtime
 CROWDED := tests/scenarios
 
 .PHONY: run test lint types pytest install-nuc clean
@@ -17,9 +18,10 @@ lint: $(VENV)/.ok
 types: $(VENV)/.ok
 	$(PY) -m mypy
 
-# Whole fleets in real time fly alone, after everything else.
+# What flies in real time is not disturbed by what only computes; whole fleets fly alone.
 pytest: $(VENV)/.ok
-	$(PY) -m pytest -n 2 --dist loadfile --ignore=$(CROWDED) --durations=10 tests
+	$(PY) -m pytest -n 2 --dist loadfile --ignore=$(IN_REAL_TIME) --ignore=$(CROWDED) --durations=10 tests
+	$(PY) -m pytest -n 2 --dist loadfile --durations=10 $(IN_REAL_TIME)
 	$(PY) -m pytest --durations=10 $(CROWDED)
 
 # On the companion computer, as root: program, systemd unit, udev rules. Options stand in tools/deploy/install.sh.

@@ -56,19 +56,31 @@ def _borders_in_view(bearings, level, lens, middle, distance, band, fraction_min
 
 def unseen_sectors(seen: NDArray[np.bool_], heading_rad: float) -> NDArray[np.float64]:
     """(k, 2) bearings [from, to) outside the `seen` sectors (360,) ahead; from < to, split at south."""
-    change = np.diff(seen.astype(np.int8), prepend=0, append=0)
-    starts, ends = _EDGES_RAD[np.flatnonzero(change > 0)], _EDGES_RAD[np.flatnonzero(change < 0)]
-    if not len(starts):
+    runs = _runs(seen)
+    if not runs:
         return WHOLE_CIRCLE.copy()
+    half = math.pi / 2
+    step = math.pi / len(seen)
     out: list[tuple[float, float]] = []
-    for gap_from, gap_to in zip(ends, np.append(starts[1:], starts[0] + 2 * math.pi), strict=True):
-        start = _wrapped(heading_rad + gap_from)
-        end = start + gap_to - gap_from
-        if end <= math.pi:
-            out.append((start, end))
+    next_starts = [first for first, _ in runs[1:]] + [runs[0][0] + 2 * len(seen)]
+    for (_, end), start in zip(runs, next_starts, strict=True):
+        begins = _wrapped(heading_rad + end * step - half)
+        ends = begins + (start - end) * step
+        if ends <= math.pi:
+            out.append((begins, ends))
         else:
-            out.extend([(start, math.pi), (-math.pi, end - 2 * math.pi)])
+            out.extend([(begins, math.pi), (-math.pi, ends - 2 * math.pi)])
     return np.array(sorted(pair for pair in out if pair[1] > pair[0]))
+
+
+def _runs(seen: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """[first, end) of every unbroken run of seen sectors."""
+    flags, runs, at = seen.tobytes(), [], 0
+    while (first := flags.find(b"\x01", at)) >= 0:
+        at = flags.find(b"\x00", first)
+        at = len(flags) if at < 0 else at
+        runs.append((first, at))
+    return runs
 
 
 def is_seen(seen: NDArray[np.bool_], bearing_rad: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -23,6 +23,8 @@ _EDGE_BIN_FRACTION = 0.3
 """The outermost bearing bin of a surface is on average filled this far from its centre."""
 _FLAT_LENGTH_MIN_M = 0.15
 _OPEN_PIECES = 6
+_CHORD_FRACTION = 0.5
+"""A piece of a near surface is no longer than this share of its distance: its disc must not reach the vehicle."""
 _BESIDE_BINS = 3
 _EVIDENCE_HALF = 2.0
 """A surface with this many times the pixels it needs is believed half way."""
@@ -169,7 +171,8 @@ def _row(forward, right, half_depth, numbers, pieces, piece_of, discs):  # type:
             low, high = min(pieces[k, 0], forward[i]), max(pieces[k, 1], forward[i])
             left, rightmost = min(pieces[k, 2], right[i]), max(pieces[k, 3], right[i])
             length, width = high - low, rightmost - left
-            if length <= chord and width <= chord and length * length + width * width <= 1.5 * chord * chord:
+            most = min(chord, _CHORD_FRACTION * low)
+            if length <= most and width <= most and length * length + width * width <= 1.5 * most * most:
                 pieces[k, 0], pieces[k, 1], pieces[k, 2], pieces[k, 3] = low, high, left, rightmost
                 mine = k
                 break

@@ -24,6 +24,8 @@ from perception.types import DepthFrame, Intrinsics
 _BORDERS_M = np.array([30.0, 24.0, 19.0, 15.0, 12.0, 9.5, 7.5, 6.0])
 _REQUIRED_M = 15.0
 _REQUIRED_PIXELS = 100
+_LITTLE_SHARE = 0.15
+"""Bare ground at 15 to 19 m returns several times as many of its pixels; speckle on a cover returns fewer."""
 _REFERENCE_PIXELS = 80
 _REFERENCE_BINS = 8
 _SHARE_MIN = 0.4
@@ -160,7 +162,7 @@ def _look_at_strips(  # type: ignore[no-untyped-def]
         if reference >= _REFERENCE_PIXELS:
             outcome = _FOUND
             break
-        returns_little = in_order[0, (3 * judged) // 4] < _REFERENCE_PIXELS
+        returns_little = in_order[0, (3 * judged) // 4] < _LITTLE_SHARE * wanted_there
         if returns_little and borders[strip + 1] <= _REQUIRED_M and wanted_there >= _REQUIRED_PIXELS:
             outcome = _MISSED
             break

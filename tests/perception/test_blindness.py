@@ -15,7 +15,7 @@ from perception.pipeline import PerceptionPipeline
 from perception.synthetic.depth_renderer import DepthRenderer
 from perception.synthetic.flaws import Cover, Flaws, Glare
 from perception.synthetic.scene import Scene
-from perception.types import DepthFrame, PerceivedObstacles, VehiclePose
+from perception.types import DepthFrame, Intrinsics, PerceivedObstacles, VehiclePose
 from tests.perception.scenes import D435, MOUNTING, pose
 
 CENTRED = CameraMounting()
@@ -96,6 +96,16 @@ def test_a_camera_that_sees_none_of_the_far_ground_is_blind() -> None:
 def test_an_open_field_is_free_enough_to_fly(height: float, pitch: float) -> None:
     found = fly(Scene(), pose(height=height, pitch_deg=pitch), frames=3)
     assert min(seen_deg(one) for one in found) > 75
+
+
+@pytest.mark.parametrize("width", [848, 640, 480, 424])
+@pytest.mark.parametrize("height", [1.0, 1.5, 2.0, 3.0, 5.0, 8.0])
+def test_an_open_field_is_free_at_every_resolution_of_the_camera(width: int, height: float) -> None:
+    scale = width / 848
+    lens = Intrinsics(width, round(480 * scale), *(421.6 * scale,) * 2, 424.0 * scale, 240.0 * scale)
+    at, process = pose(height=height), PerceptionPipeline(PerceptionParameters(), CENTRED)
+    depth = DepthRenderer(Scene(), lens).render(camera_pose(at, CENTRED), 0)
+    assert seen_deg(process.process(DepthFrame(0.0, 0, depth, 0.001, lens), at)) > 75
 
 
 @pytest.mark.parametrize("height", [5.0, 15.0])

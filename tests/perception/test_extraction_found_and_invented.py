@@ -176,3 +176,17 @@ class TestIsWhole:
 
     def test_not_cut_by_something_nearer(self) -> None:
         assert not self.tree(6.0, 0.0, (3.0, 0.16, 0.1, 12.0))[0]
+
+
+@pytest.mark.parametrize("distance", [0.5, 0.7, 1.0, 1.5])
+@pytest.mark.parametrize("slant_deg", [0.0, 30.0, 60.0, -45.0])
+def test_the_discs_of_a_near_slanting_surface_do_not_reach_the_vehicle(
+    scene: MakeStage, distance: float, slant_deg: float
+) -> None:
+    world = scene(boxes=[(distance + 0.1, 0.0, 0.04, 3.0, 9.0, slant_deg)])
+    at = pose()
+    found = pipeline().process(world.shoot(at), at)
+    camera_north = MOUNTING.forward_m
+    front = np.hypot(found.discs[:, 0] - camera_north, found.discs[:, 1]) - found.discs[:, 2]
+    assert len(found.discs)
+    assert front.min() > world.world.signed_distance_m(camera_north, 0.0, -5.0) - 0.2

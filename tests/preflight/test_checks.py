@@ -104,6 +104,8 @@ def test_what_is_not_right_is_found(name: str) -> None:
 
 
 def test_what_converges_is_running_at_first_and_fails_only_later() -> None:
+    silent = good_facts(status=Status(False, "UNKNOWN", False, "UNKNOWN", 0.0), waited_s=0.5)
+    assert result_of(silent, "link").level is Level.RUNNING
     early = with_camera(frame_age_s=None)
     early = good_facts(camera=early.camera, waited_s=1.0)
     assert result_of(early, "camera").level is Level.RUNNING
