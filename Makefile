@@ -3,7 +3,7 @@ VENV := .venv
 PY := $(VENV)/bin/python
 MISSION := missions/demo_two_pursuers.toml
 IN_REAL_TIME := tests/runtime
-CROWDED := tests/scenarios
+CROWDED := tests/scenarios/test_demo_mission.py tests/scenarios/test_interruptions.py
 
 .PHONY: run test lint types pytest install-nuc clean
 run: $(VENV)/.ok
@@ -20,7 +20,7 @@ types: $(VENV)/.ok
 
 # What flies in real time is not disturbed by what only computes; whole fleets fly alone.
 pytest: $(VENV)/.ok
-	$(PY) -m pytest -n 2 --dist loadfile --ignore=$(IN_REAL_TIME) --ignore=$(CROWDED) --durations=10 tests
+	$(PY) -m pytest -n 2 --dist loadfile $(addprefix --ignore=,$(IN_REAL_TIME) $(CROWDED)) --durations=10 tests
 	$(PY) -m pytest -n 2 --dist loadfile --durations=10 $(IN_REAL_TIME)
 	$(PY) -m pytest --durations=10 $(CROWDED)
 

@@ -71,4 +71,5 @@ def test_fly_without_an_autopilot_says_so_and_is_a_fault(tmp_path: Path) -> None
     )
     said = flightapp("fly", str(DEMO), "--profile", str(profile), "--vehicle", "e1", "--run", "run", folder=tmp_path)
     assert said.returncode == 3
-    assert "no autopilot with system id 3 on 'udpin://127.0.0.1:20111' within 1 s; heard nothing at all" in said.stderr
+    assert "autopilot link 'udpin://127.0.0.1:20111': heard nothing at all" in said.stderr
+    assert "(autopilot.connection_url in the profile)" in said.stderr
