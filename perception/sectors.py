@@ -83,12 +83,5 @@ def _runs(seen: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return runs
 
 
-def is_seen(seen: NDArray[np.bool_], bearing_rad: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether bearings relative to the camera's heading, in [-pi, pi], lie in a seen sector."""
-    sector = np.floor((bearing_rad + math.pi / 2) / (math.pi / len(seen))).astype(np.intp)
-    inside = (sector >= 0) & (sector < len(seen))
-    return inside & seen[np.clip(sector, 0, len(seen) - 1)]
-
-
 def _wrapped(angle_rad: float) -> float:
     return (angle_rad + math.pi) % (2 * math.pi) - math.pi

@@ -18,7 +18,6 @@ OFFBOARD_LOSS_MAX_S = 1.0
 OFFBOARD_OVERRIDE_BIT = 2
 OFFBOARD_EXCEPTION_BIT = 4
 LOSS_ACTIONS = {3: "return", 4: "land", 5: "hold"}
-LEGACY_LOSS_ACTIONS = {-1: "disabled", 0: "land", 1: "hold", 2: "return"}
 FENCE_ACTIONS_THAT_HELP = (2, 3, 5)
 """GF_ACTION: hold, return, land. 0 nothing, 1 warning, 4 terminate."""
 

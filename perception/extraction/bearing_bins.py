@@ -30,7 +30,7 @@ def bins_of_sectors() -> NDArray[np.int32]:
     borders = np.linspace(-math.pi / 2, math.pi / 2, SECTORS + 1)
     return np.array(
         [
-            (bin_of(low), bin_of(high)) if high > -BEARING_MAX_RAD and low < BEARING_MAX_RAD else (1, 0)
+            (bin_of(low), bin_of(high)) if low >= -BEARING_MAX_RAD and high <= BEARING_MAX_RAD else (1, 0)
             for low, high in zip(borders[:-1] + 1e-6, borders[1:] - 1e-6, strict=True)
         ],
         np.int32,

@@ -25,14 +25,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from perception.extraction.bearing_bins import BEARING_MAX_RAD, TANGENT_BINS, TANGENT_MAX, TANGENT_STEP, bin_of
+from perception.extraction.bearing_bins import SECTORS, TANGENT_BINS, TANGENT_MAX, TANGENT_STEP, bins_of_sectors
 from perception.extraction.ground_strip import GroundStripSurvey
 from perception.extraction.height_band import HeightBand
 from perception.geometry import CameraPose
 from perception.parameters import PerceptionParameters
 from perception.types import DepthFrame, Intrinsics
 
-_SECTORS = 360
 _REAL_MAX_M = 30.0
 """A D435 returns noisy but true distances up to about here."""
 _STEP_MAX_PX = 4
@@ -92,18 +91,11 @@ class EvidenceSurvey:
         self._tallies = np.zeros((_TALLIES, TANGENT_BINS), np.int32)
         self._rays = np.zeros((3, TANGENT_BINS, self._reaches), np.int32)
         self._bins = np.zeros((2, TANGENT_BINS), np.bool_)
-        self._sectors = np.zeros((2, _SECTORS), np.bool_)
+        self._sectors = np.zeros((2, SECTORS), np.bool_)
         self._furthest_m = np.zeros(TANGENT_BINS)
         self._below_m = np.zeros(TANGENT_BINS)
         self._strips = GroundStripSurvey(range_min_m)
-        borders = np.linspace(-math.pi / 2, math.pi / 2, _SECTORS + 1)
-        self._bins_of = np.array(
-            [
-                (bin_of(low), bin_of(high)) if low >= -BEARING_MAX_RAD and high <= BEARING_MAX_RAD else (1, 0)
-                for low, high in zip(borders[:-1] + 1e-6, borders[1:] - 1e-6, strict=True)
-            ],
-            np.int32,
-        )
+        self._bins_of = bins_of_sectors()
         self._intrinsics: Intrinsics | None = None
 
     def survey(self, frame: DepthFrame, camera: CameraPose, band: HeightBand, ground_down_m: float | None) -> Evidence:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from perception.clock import monotonic_s, unix_s
 from perception.errors import PerceptionInputError
 from perception.sources.api import DepthSource
 from perception.sources.png_folder import PngFolderSource
@@ -32,8 +32,8 @@ class SourceOptions:
     depth_unit_m: float = 0.001
     is_real_time: bool = False
     vehicle: str | None = None
-    now_s: Callable[[], float] = time.monotonic
-    unix_s: Callable[[], float] = time.time
+    now_s: Callable[[], float] = monotonic_s
+    unix_s: Callable[[], float] = unix_s
 
 
 def open_source(what: str, options: SourceOptions) -> DepthSource:

@@ -7,13 +7,13 @@ import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from perception.clock import monotonic_s
 from perception.geometry import camera_pose, is_finite
 from perception.sources.api import DepthSource
 from perception.sources.opening import SourceOptions, open_source
@@ -49,13 +49,13 @@ def run(options: ViewOptions) -> None:
     with ExitStack() as stack:
         view = _View(options, stack)
         stop = stack.enter_context(_stopped_by_signals())
-        started_s = time.monotonic()
+        started_s = monotonic_s()
         try:
             view.show_all(stop)
         except BrokenPipeError:
             # Whoever read the list has seen enough; what Python flushes at its end must not complain again.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        summary = view.summary(time.monotonic() - started_s)
+        summary = view.summary(monotonic_s() - started_s)
     sys.stderr.write(f"{summary}\n")
 
 
@@ -90,22 +90,22 @@ class _View:
         self._first: tuple[float, float] | None = None
 
     def show_all(self, stop: threading.Event) -> None:
-        heard_s = time.monotonic()
+        heard_s = monotonic_s()
         while not stop.is_set() and not self._is_complete():
             frame = self._source.latest()
             if frame is None:
                 if self._source.is_finished:
                     self._stay(stop)
                     return
-                if time.monotonic() - heard_s >= _SILENCE_S:
+                if monotonic_s() - heard_s >= _SILENCE_S:
                     self._say_silence()
-                    heard_s = time.monotonic()
+                    heard_s = monotonic_s()
                 stop.wait(_POLL_S)
                 continue
             if not self._wait_for_its_time(frame, stop):
                 return
             self._show(frame)
-            heard_s = time.monotonic()
+            heard_s = monotonic_s()
 
     def summary(self, elapsed_s: float) -> str:
         return self._statistics.summary(elapsed_s, self._source.health)
@@ -134,10 +134,10 @@ class _View:
         pose = frame.pose if frame.pose is not None else setup.level_pose
         if not self._has_memory:
             self._pipeline = self._setup.new_pipeline()
-        started_s = time.perf_counter()
+        started_s = monotonic_s()
         obstacles = self._pipeline.process(frame, pose, exclude)
-        process_s = time.perf_counter() - started_s
-        latency_s = time.monotonic() - frame.t_s if self._is_live else None
+        process_s = monotonic_s() - started_s
+        latency_s = monotonic_s() - frame.t_s if self._is_live else None
         timing = self._statistics.add(frame.t_s, process_s, latency_s, obstacles.events)
         drawn_pose = pose if is_finite(pose) else setup.level_pose
         number = self._statistics.frames - 1
@@ -161,8 +161,8 @@ class _View:
             sys.stdout.write(self._json + "\n")
         elif frames <= _TABLES_MAX:
             sys.stdout.write(as_table(row) + "\n")
-        elif time.monotonic() >= self._line_due_s:
-            self._line_due_s = time.monotonic() + _LINE_PERIOD_S
+        elif monotonic_s() >= self._line_due_s:
+            self._line_due_s = monotonic_s() + _LINE_PERIOD_S
             sys.stdout.write(as_line(shot) + "\n")
         sys.stdout.flush()
 
@@ -170,7 +170,7 @@ class _View:
         """With `real_time`, a recorded frame waits until it is its turn; False if somebody stops meanwhile."""
         if self._is_live or not self._options.real_time:
             return True
-        now_s = time.monotonic()
+        now_s = monotonic_s()
         if self._first is None or not 0 <= frame.t_s - self._first[0] - (now_s - self._first[1]) < 2 * _SILENCE_S:
             self._first = (frame.t_s, now_s)
         return not stop.wait(max(0.0, frame.t_s - self._first[0] - (now_s - self._first[1])))

@@ -10,6 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
+from flightapp.core.clock import monotonic_ns
 from flightapp.core.types import Decision
 from flightapp.fleet.messages import Acknowledgement, Command
 from flightapp.planning.api import Observation, Planner
@@ -235,8 +236,9 @@ class FullDisk:
 
     def begin(self, site: Site) -> None:
         site.disk.is_full = True
-        give_up_s = time.monotonic() + NOTICED_S  # The recorder's thread lives in real time: wait, so that a seed repeats.
-        while site.one.recorder.error is None and time.monotonic() < give_up_s:
+        # The recorder's thread lives in real time: it is waited for, so that a seed repeats.
+        give_up_ns = monotonic_ns() + round(NOTICED_S * 1e9)
+        while site.one.recorder.error is None and monotonic_ns() < give_up_ns:
             time.sleep(0.01)
 
     def is_felt(self, site: Site) -> bool:
