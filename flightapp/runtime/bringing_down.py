@@ -18,6 +18,7 @@ RETURN_TIMEOUT_S = 240.0
 BRAKE_TIMEOUT_S = 4.0
 RETRY_PERIOD_S = 2.5
 GIVE_UP_LANDING_S = 20.0
+GIVE_UP_TERMINATION_S = 5.0
 WATCH_GIVE_UP_S = 30.0
 
 
@@ -66,9 +67,8 @@ class BringingDown:
         self._pace.enter(action.value, reason)
         if action is Next.TERMINATE:
             loop.guidance = Guidance.NONE
-            await rooms.autopilot.terminate()
-            await self._watch_until_disarmed()
-            return
+            if await self._terminate():
+                return
         if loop.guidance is not Guidance.NONE and loop.failure is None:
             await self._brake()
         if action is Next.RETURN:
@@ -91,6 +91,23 @@ class BringingDown:
         except FlightError:
             return False
         return True
+
+    async def _terminate(self) -> bool:
+        """Ask for termination until the motors are off; False where the autopilot will not, and landing is all that is left."""
+        rooms = self._rooms
+        give_up_s = rooms.clock.now_s() + GIVE_UP_TERMINATION_S
+        while rooms.clock.now_s() < give_up_s:
+            try:
+                await rooms.autopilot.terminate()
+            except Exception as error:  # A refusal, or MAVSDK itself.
+                rooms.journal.event("error", "command_failed", str(error))
+            retry_s = rooms.clock.now_s() + RETRY_PERIOD_S
+            while rooms.clock.now_s() < retry_s:
+                if not rooms.autopilot.status().armed:
+                    return True
+                await self._pace.tick()
+        rooms.journal.event("error", "safety", f"not terminated within {GIVE_UP_TERMINATION_S:g} s: landing instead")
+        return False
 
     async def _watch_until_disarmed(self) -> None:
         """Somebody else flies: record until the vehicle is disarmed, or the link has been dead for long."""

@@ -6,6 +6,7 @@ import itertools
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -133,15 +134,23 @@ def test_a_wish_from_before_the_takeover_does_not_take_control_back() -> None:
     assert machine.step(LONG_S, (Condition.OPERATOR_RETURN, Condition.PILOT_HAS_CONTROL)).state is State.PILOT
 
 
-def test_what_nobody_may_override_breaks_the_pilots_control() -> None:
-    both = (Condition.PILOT_HAS_CONTROL, Condition.FENCE_OUTSIDE)
-    machine = Failsafe(table_for(State.TERMINATE))
+def test_a_row_that_nobody_may_override_breaks_the_pilots_control() -> None:
+    both = (Condition.PILOT_HAS_CONTROL, Condition.LOOP_FAILED)
+    table = [replace(row, pilot_may_override=row.condition is not Condition.LOOP_FAILED) for row in TABLE]
+    machine = Failsafe(table)
     machine.step(0.0, (Condition.PILOT_HAS_CONTROL,))
-    assert machine.step(1.0, both).state is State.TERMINATE
-    assert machine.step(2.0, both).state is State.TERMINATE
-    landing = Failsafe(table_for(State.LAND))
-    landing.step(0.0, (Condition.PILOT_HAS_CONTROL,))
-    assert landing.step(1.0, both).state is State.PILOT
+    assert machine.step(1.0, both).state is State.LAND
+    assert machine.step(2.0, both).state is State.LAND
+
+
+@pytest.mark.parametrize("action", [State.LAND, State.TERMINATE])
+def test_a_pilot_outside_the_fence_is_neither_landed_nor_terminated(action: State) -> None:
+    both = (Condition.PILOT_HAS_CONTROL, Condition.FENCE_OUTSIDE)
+    machine = Failsafe(table_for(action))
+    machine.step(0.0, (Condition.PILOT_HAS_CONTROL,))
+    assert machine.step(LONG_S, both).state is State.PILOT
+    alone = Failsafe(table_for(action))
+    assert alone.step(0.0, (Condition.FENCE_OUTSIDE,)).state is action
 
 
 def test_a_wish_that_is_asked_again_is_new() -> None:

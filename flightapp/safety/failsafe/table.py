@@ -164,12 +164,8 @@ TABLE: tuple[Row, ...] = (
 
 
 def table_for(outside_action: State) -> tuple[Row, ...]:
-    """The table with what the mission does outside the contingency volume; a termination is not the pilot's to override."""
-    overridable = outside_action is not State.TERMINATE
-    changed = {Condition.FENCE_OUTSIDE: (outside_action, overridable)}
-    return tuple(
-        replace(row, action=changed[row.condition][0], pilot_may_override=changed[row.condition][1])
-        if row.condition in changed
-        else row
-        for row in TABLE
-    )
+    """The table with what the mission does outside the contingency volume.
+
+    A pilot who has taken over is not terminated by this app either: outside the fence PX4's own geofence (GF_ACTION) judges them.
+    """
+    return tuple(replace(row, action=outside_action) if row.condition is Condition.FENCE_OUTSIDE else row for row in TABLE)

@@ -115,6 +115,7 @@ class Flight:
     until: Callable[[Flight], bool] = lambda _: False
     """Ends the flight one second after it was first true."""
     path: Callable[[float], tuple[float, float, float]] = evader_path
+    mission: Path = MISSION
     evader: Played = field(default_factory=lambda: Played("e1", "evader", 3))
     teammate: Played = field(default_factory=lambda: Played("p2", "pursuer", 2))
     disk: Disk = field(default_factory=Disk)
@@ -136,16 +137,16 @@ class Flight:
     def fly(self, run: Path) -> Flight:
         """To the end; the recording stands in `run`."""
         self.run = run
-        mission = load_mission(MISSION)
+        mission = load_mission(self.mission)
         vehicle = mission.vehicle("p1")
-        self.planner = BreakablePlanner(build_strategy(mission, vehicle, load_profile(SIM), MISSION, 0))
+        self.planner = BreakablePlanner(build_strategy(mission, vehicle, load_profile(SIM), self.mission, 0))
         log, lines = logging.getLogger("p1"), _Lines(self)
         level = log.level
         log.addHandler(lines)
         log.setLevel(logging.INFO)
         try:
             fly_virtual(
-                MISSION,
+                self.mission,
                 SIM,
                 run,
                 watch=self._watch,
