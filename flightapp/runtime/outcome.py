@@ -21,6 +21,16 @@ class Outcome(StrEnum):
     """Something failed."""
 
 
+EXIT_STATUS = {
+    Outcome.CAPTURED: 0,
+    Outcome.ESCAPED: 1,
+    Outcome.TIMEOUT: 1,
+    Outcome.ABORTED: 1,
+    Outcome.FAULT: 3,
+}
+"""What a process that flew a mission ends with."""
+
+
 def outcome_of_team(outcomes: Iterable[str | None]) -> Outcome | None:
     """What the others' reports mean for this vehicle's pursuit; an abort or fault of one does not end it for all."""
     told = set(outcomes)

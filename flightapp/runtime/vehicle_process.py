@@ -17,15 +17,8 @@ from flightapp.core.parent_death import signal_on_parent_death
 from flightapp.runtime.executive import Executive
 from flightapp.runtime.heartbeat import Heartbeat
 from flightapp.runtime.opening import Wish, open_rooms, running_loop
-from flightapp.runtime.outcome import Outcome
+from flightapp.runtime.outcome import EXIT_STATUS, Outcome
 
-EXIT_STATUS = {
-    Outcome.CAPTURED: 0,
-    Outcome.ESCAPED: 1,
-    Outcome.TIMEOUT: 1,
-    Outcome.ABORTED: 1,
-    Outcome.FAULT: 3,
-}
 THREAD_SWITCH_S = 0.0005
 """How long the perception thread may keep the interpreter from the control loop."""
 

@@ -13,8 +13,7 @@ from flightapp.core.errors import InputError
 from flightapp.recording.run_folder import create_run_folder, given_run_folder
 from flightapp.runtime.composition import build_strategy
 from flightapp.runtime.inputs import check_inputs
-from flightapp.runtime.outcome import Outcome
-from flightapp.runtime.vehicle_process import EXIT_STATUS
+from flightapp.runtime.outcome import EXIT_STATUS, Outcome
 from flightapp.sim.fault_script import load_fault_script
 from flightapp.sim.launcher import Launcher
 from flightapp.sim.progress import Progress
