@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,8 @@ from flightapp.bench.measurement import Measurement, Work, measure
 from flightapp.bench.situation import far
 from flightapp.core.clock import SystemClock
 from flightapp.core.types import Decision, Limits, Observation, Setpoint
-from flightapp.fleet.messages import SharedState, decode_state, encode_state
+from flightapp.fleet.messages.codec import Header, decode, encode
+from flightapp.fleet.messages.state import STATE, State
 from flightapp.planning.registry import make_planner
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.journal import Journal
@@ -66,26 +68,17 @@ def recorder_measurement(limits: Limits, seconds: float) -> Measurement:
 def fleet_measurement(seconds: float) -> Measurement:
     """One shared state to bytes and back."""
 
-    def state(k: int) -> SharedState:
-        return SharedState(
-            vehicle="p1",
-            role="pursuer",
-            sequence=k,
-            sent_s=k / 30.0,
-            t_s=k / 30.0,
-            position_ned_m=(12.3, -4.5, -5.0),
-            velocity_ned_m_s=(3.0, 0.4, 0.0),
-            yaw_rad=0.1,
-            mission="0123456789ab",
-            airborne=True,
-            phase="pursue",
-            mode="coarse",
-            outcome=None,
-            eta_s=4.2,
-            target_distance_m=21.0,
-            clearance_m=2.3,
-            link_age_s=0.05,
-            guards=("obstacle-stop",),
-        )
+    state = State(
+        t_s=0.0,
+        position_ned_m=(12.3, -4.5, -5.0),
+        velocity_ned_m_s=(3.0, 0.4, 0.0),
+        yaw_rad=0.1,
+        airborne=True,
+        phase="pursue",
+        outcome=None,
+    )
 
-    return measure(Work("fleet state, encode and decode", state, lambda sent: decode_state(encode_state(sent))), seconds)
+    def stamped(k: int) -> tuple[State, Header]:
+        return replace(state, t_s=k / 20.0 - 0.013), Header("p1", k, k / 20.0)
+
+    return measure(Work("fleet state, encode and decode", stamped, lambda sent: decode(STATE, encode(STATE, *sent))), seconds)

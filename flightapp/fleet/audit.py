@@ -10,7 +10,7 @@ from pathlib import Path
 
 import orjson
 
-from flightapp.fleet.messages import Command
+from flightapp.fleet.messages.command import Command
 from flightapp.fleet.operator import Answer
 
 

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flightapp.config.mission import Mission
-from flightapp.config.profile import check_endpoint
+from flightapp.config.profile import check_endpoint, check_endpoints_are_secure
 from flightapp.core.clock import Clock, SystemClock
 from flightapp.core.errors import InputError
 from flightapp.fleet.audit import append_record, operator_name
-from flightapp.fleet.messages import COMMANDS, Command
+from flightapp.fleet.messages.command import COMMANDS, Command
 from flightapp.fleet.operator import Answer, Operator
+from flightapp.fleet.security.access import membership_of
 from flightapp.fleet.session import open_session
 
 
@@ -28,6 +29,8 @@ class Wish:
     endpoints: Sequence[str]
     timeout_s: float
     record: Path
+    certificates: Path | None = None
+    """The operator's folder from `flightapp keys`, for a fleet that has certificates."""
 
 
 def new_command(action: str, clock: Clock) -> Command:
@@ -41,8 +44,9 @@ async def send_command(mission: Mission, wish: Wish, on_answer: Callable[[Answer
     InputError for an unknown action or vehicle and a malformed endpoint: then nothing is sent.
     """
     asked = _checked(mission, wish)
+    membership = membership_of(mission, wish.certificates)
     clock = SystemClock()
-    session = await open_session([], wish.endpoints, wait_for_peers=False)
+    session = await open_session([], wish.endpoints, wait_for_peers=False, membership=membership)
     command = new_command(wish.action, clock)
     answers: list[Answer] = []
 
@@ -70,6 +74,7 @@ def _checked(mission: Mission, wish: Wish) -> list[str]:
     for endpoint in wish.endpoints:
         try:
             check_endpoint(endpoint)
+            check_endpoints_are_secure([endpoint], wish.certificates)
         except ValueError as error:
             raise InputError(f"--connect {error}") from None
     return names if wish.vehicle is None else [wish.vehicle]

@@ -13,13 +13,9 @@ from dataclasses import dataclass
 import zenoh
 
 from flightapp.core.clock import Clock
-from flightapp.fleet.messages import (
-    Command,
-    MalformedPayloadError,
-    command_key,
-    decode_acknowledgement,
-    encode_command,
-)
+from flightapp.fleet.messages.codec import MalformedPayloadError
+from flightapp.fleet.messages.command import Command, decode_acknowledgement, encode_command
+from flightapp.fleet.messages.keys import command_key
 
 ASK_AGAIN_S = 0.25
 """Several control periods: a vehicle that flies answers in its next one."""

@@ -1,61 +1,32 @@
-"""The fleet as one vehicle sees it: own state out, newest states of the others in, operator commands in."""
+"""The fleet as one vehicle sees it: own state and intent out, the others' in, operator commands in."""
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterable
 
 import zenoh
 
-from flightapp.fleet.messages import (
-    Acknowledgement,
-    Command,
-    MalformedPayloadError,
-    SharedState,
-    command_key,
-    decode_command,
-    decode_state,
-    encode_acknowledgement,
-    encode_state,
-    state_key,
-)
+from flightapp.fleet.messages.codec import MalformedPayloadError
+from flightapp.fleet.messages.command import Acknowledgement, Command, decode_command, encode_acknowledgement
+from flightapp.fleet.messages.intent import INTENT, Intent
+from flightapp.fleet.messages.keys import command_key
+from flightapp.fleet.messages.state import STATE, State
+from flightapp.fleet.peers import Peers
+from flightapp.fleet.post import Post
 
-FUTURE_TOLERANCE_S = 0.2
+INTENT_PERIOD_S = 0.5
+INTENT_GAP_MIN_S = 0.1
+"""Between two intents, however often they change."""
+GOAL_MOVED_M = 2.0
+"""A goal that moves so far is another intent; one that follows the target slowly is told twice a second."""
 COMMAND_AGE_MAX_S = 5.0
 ALWAYS_ACCEPTED = ("land", "abort", "rtl")
 """An operator whose clock is wrong must still be able to end a flight."""
 COMMANDS_WAITING = 16
 """A ring: who floods loses questions, which are asked again; a full queue would hold up the network's own thread."""
 ANSWERS_REMEMBERED = 256
-COMPLAINTS_REMEMBERED = 64
-
-
-class Peer:
-    """Newest accepted state of one other vehicle, with what went wrong on the way."""
-
-    def __init__(self) -> None:
-        self.state: SharedState | None = None
-        self.lost = 0
-        self.rejected = 0
-        self.ahead_s = 0.0
-        """How far the newest message was stamped ahead of the own clock."""
-
-    def accept(self, state: SharedState, now_s: float) -> bool:
-        """Take `state` if it is newer than what is known; reordered, repeated and future-stamped ones are refused."""
-        self.ahead_s = state.sent_s - now_s
-        if self.ahead_s > FUTURE_TOLERANCE_S or state.t_s > state.sent_s + FUTURE_TOLERANCE_S:
-            self.rejected += 1
-            return False
-        known = self.state
-        if known is not None:
-            restarted = state.sequence < known.sequence and state.sent_s > known.sent_s
-            if state.sent_s <= known.sent_s:
-                self.rejected += 1
-                return False
-            if not restarted:
-                self.lost += max(0, state.sequence - known.sequence - 1)
-        self.state = state
-        return True
 
 
 class Team:
@@ -73,48 +44,27 @@ class Team:
         others: Iterable[str],
         on_malformed: Callable[[str, str], None],
     ) -> None:
+        self.post = Post(session, fleet, name, others, on_malformed)
         self._name = name
-        self._on_malformed = on_malformed
-        self._sequence = 0
-        self._complaints: set[tuple[str, str]] = set()
         self._answered: OrderedDict[str, Acknowledgement] = OrderedDict()
-        self.peers = {other: Peer() for other in others}
-        self._publisher = session.declare_publisher(
-            state_key(fleet, name),
-            congestion_control=zenoh.CongestionControl.DROP,
-            priority=zenoh.Priority.REAL_TIME,
-            express=True,
-            reliability=zenoh.Reliability.BEST_EFFORT,
-        )
-        self._subscribers = {
-            other: session.declare_subscriber(state_key(fleet, other), zenoh.handlers.RingChannel(1)) for other in self.peers
-        }
+        self._others = Peers(self.post)
+        self.peers = self._others.by_name
+        self._states, self._intents = self.post.outlet(STATE), self.post.outlet(INTENT)
+        self._intent: Intent | None = None
+        self._intent_sent_s = -math.inf
         self._commands = session.declare_queryable(command_key(fleet, name), zenoh.handlers.RingChannel(COMMANDS_WAITING))
 
-    def next_sequence(self) -> int:
-        self._sequence += 1
-        return self._sequence
-
-    def publish(self, state: SharedState) -> None:
-        self._publisher.put(encode_state(state))
+    def publish(self, state: State, intent: Intent, now_s: float) -> None:
+        """Send `state`, and `intent` where it is another one or is due."""
+        since_s = now_s - self._intent_sent_s
+        if since_s >= INTENT_PERIOD_S or (since_s >= INTENT_GAP_MIN_S and _is_news(self._intent, intent)):
+            self._intent, self._intent_sent_s = intent, now_s
+            self._intents.put(intent, now_s)
+        self._states.put(state, now_s)
 
     def poll(self, now_s: float) -> None:
         """Take what arrived since the last poll."""
-        for name, subscriber in self._subscribers.items():
-            sample = subscriber.handler.try_recv()
-            if sample is None:
-                continue
-            try:
-                state = decode_state(sample.payload.to_bytes())
-            except MalformedPayloadError as error:
-                self._complain(name, str(error))
-                continue
-            if state.vehicle != name:
-                self._complain(name, f"state on the key of '{name}' claims to be '{state.vehicle}'")
-                continue
-            peer = self.peers[name]
-            if not peer.accept(state, now_s) and peer.ahead_s > FUTURE_TOLERANCE_S:
-                self._complain(name, f"states of '{name}' are stamped in the future; synchronise the clocks of the machines")
+        self._others.poll(now_s)
 
     def take_commands(self, now_s: float, accept: Callable[[Command], tuple[bool, str]]) -> list[tuple[Command, Acknowledgement]]:
         """Answer every waiting operator command; a repeat gets the first answer again and changes nothing.
@@ -128,7 +78,7 @@ class Team:
                 try:
                     command = decode_command(payload)
                 except MalformedPayloadError as error:
-                    self._complain("operator", str(error))
+                    self.post.complain("operator", str(error))
                     query.reply_err(str(error).encode())
                     continue
                 answer = self._answered.get(command.identifier)
@@ -142,12 +92,6 @@ class Team:
                 query.reply(query.key_expr, encode_acknowledgement(answer))
         return judged
 
-    def _complain(self, peer: str, text: str) -> None:
-        """Once for each peer and text: a peer that floods must not flood the log as well."""
-        if (peer, text) not in self._complaints and len(self._complaints) < COMPLAINTS_REMEMBERED:
-            self._complaints.add((peer, text))
-            self._on_malformed(peer, text)
-
     @staticmethod
     def _judge(command: Command, now_s: float, accept: Callable[[Command], tuple[bool, str]]) -> tuple[bool, str]:
         age_s = now_s - command.sent_s
@@ -155,3 +99,11 @@ class Team:
             when = f"{age_s:.1f} s old" if age_s > 0.0 else f"stamped {-age_s:.1f} s in the future"
             return False, f"command is {when}; at most {COMMAND_AGE_MAX_S:g} s are accepted: send it again, look at the clocks"
         return accept(command)
+
+
+def _is_news(before: Intent | None, after: Intent) -> bool:
+    if before is None or before.mode != after.mode or before.guards != after.guards:
+        return True
+    if before.goal_ned_m is None or after.goal_ned_m is None:
+        return before.goal_ned_m is not after.goal_ned_m
+    return math.dist(before.goal_ned_m, after.goal_ned_m) > GOAL_MOVED_M

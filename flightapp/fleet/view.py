@@ -6,25 +6,24 @@ from collections.abc import Iterable
 
 import zenoh
 
-from flightapp.fleet.messages import MalformedPayloadError, SharedState, decode_state, state_key
+from flightapp.fleet.peers import Peers
+from flightapp.fleet.post import Post
+from flightapp.fleet.shared_state import SharedState
+
+ONLOOKER = "onlooker"
 
 
 class FleetView:
-    """Polled; the ring of each subscription keeps the newest state only."""
+    """Polled; the ring of each subscription keeps the newest only. What cannot be read is passed over."""
 
     def __init__(self, session: zenoh.Session, fleet: str, vehicles: Iterable[str]) -> None:
-        self._subscribers = {
-            name: session.declare_subscriber(state_key(fleet, name), zenoh.handlers.RingChannel(1)) for name in vehicles
-        }
-        self.states: dict[str, SharedState] = {}
+        self._peers = Peers(Post(session, fleet, ONLOOKER, vehicles, lambda _vehicle, _text: None))
 
-    def poll(self) -> None:
-        """Take what has arrived; what cannot be read is passed over."""
-        for name, subscriber in self._subscribers.items():
-            sample = subscriber.handler.try_recv()
-            if sample is None:
-                continue
-            try:
-                self.states[name] = decode_state(sample.payload.to_bytes())
-            except MalformedPayloadError:
-                continue
+    @property
+    def states(self) -> dict[str, SharedState]:
+        """Of those that were heard."""
+        return {name: peer.state for name, peer in self._peers.by_name.items() if peer.state is not None}
+
+    def poll(self, now_s: float) -> None:
+        """Take what has arrived."""
+        self._peers.poll(now_s)

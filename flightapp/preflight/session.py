@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-from flightapp.fleet.messages import Command
+from flightapp.fleet.messages.command import Command
 from flightapp.preflight.checklist import refuse_unknown, run_checklist
 from flightapp.preflight.gathering import Gatherer
 from flightapp.preflight.px4_parameters import Finding, findings

@@ -18,7 +18,7 @@ import psutil
 
 from flightapp.core.clearance import NO_OBSTACLE_M, clearance_m
 from flightapp.core.types import Decision, Observation, ObstacleSet, Setpoint, TargetTrack, VehicleState
-from flightapp.fleet.messages import Command
+from flightapp.fleet.messages.command import Command
 from flightapp.runtime.hover import Hover
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.rooms import Rooms
@@ -323,19 +323,18 @@ class ControlLoop:
         if now_s < self._publish_due_s:
             return
         self._publish_due_s = max(self._publish_due_s + 1.0 / self._rooms.profile.network.state_rate_hz, now_s)
-        self._rooms.team.publish(
-            self._teamwork.describe(
-                now_s,
-                motion.state,
-                airborne=airborne,
-                phase=self.phase,
-                decision=self.decision if self.guidance is Guidance.PLANNER else None,
-                outcome=self.outcome,
-                target=self.target,
-                clearance_m=self._clearance_m,
-                guards=self._guards,
-            )
+        state, intent = self._teamwork.describe(
+            now_s,
+            motion.state,
+            airborne=airborne,
+            phase=self.phase,
+            decision=self.decision if self.guidance is Guidance.PLANNER else None,
+            outcome=self.outcome,
+            target=self.target,
+            clearance_m=self._clearance_m,
+            guards=self._guards,
         )
+        self._rooms.team.publish(state, intent, now_s)
 
     def _record_slow(self, now_s: float) -> None:
         """What is recorded less often than every tick: on change or by period."""

@@ -13,7 +13,7 @@ import math
 from collections.abc import Collection
 
 from flightapp.core.errors import FlightError
-from flightapp.fleet.messages import Command
+from flightapp.fleet.messages.command import Command
 from flightapp.planning.plane import Point, crosses, planar, segments
 from flightapp.runtime import operator_commands
 from flightapp.runtime.authority import Authority

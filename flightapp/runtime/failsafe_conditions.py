@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from flightapp.fleet.team import FUTURE_TOLERANCE_S, Peer
+from flightapp.fleet.admission import FUTURE_TOLERANCE_S
+from flightapp.fleet.peers import Peer
 from flightapp.runtime.control_loop import ControlLoop, Guidance
 from flightapp.runtime.rooms import Rooms
 from flightapp.safety.api import Action, Demand

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 
 from flightapp.core.clock import Clock
 from flightapp.core.types import Array, Decision, Setpoint, TargetTrack
-from flightapp.fleet.messages import Acknowledgement, Command
-from flightapp.fleet.team import Peer
+from flightapp.fleet.messages.command import Acknowledgement, Command
+from flightapp.fleet.peers import Peer
 from flightapp.recording import messages
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.perception_thread import Perceived

@@ -16,7 +16,8 @@ from flightapp.config.profile import load_profile
 from flightapp.core.clock import SystemClock
 from flightapp.core.errors import FlightError
 from flightapp.estimation.target_filter import TargetFilter
-from flightapp.fleet.messages import Command
+from flightapp.fleet.messages.command import Command
+from flightapp.fleet.security.access import membership_of
 from flightapp.fleet.session import open_session
 from flightapp.fleet.team import Team
 from flightapp.recording.recorder import Recorder
@@ -61,6 +62,8 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
     clock = SystemClock()
     planner = build_strategy(mission, vehicle, profile, wish.mission, wish.seed)
     supervisor = make_supervisor(mission, profile, wish.vehicle)
+    network = profile.network
+    membership = membership_of(mission, network.certificates, access_control=network.access_control)
     async with AsyncExitStack() as stack:
         recorder = stack.enter_context(Recorder(wish.run / f"{wish.vehicle}.mcap", options=profile.recording, mission=mission))
         recorder.metadata(
@@ -77,7 +80,7 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
         recorder.attach("mission.toml", wish.mission)
         recorder.attach("profile.toml", wish.profile)
         journal = Journal(recorder, clock, wish.vehicle)
-        session = await open_session(profile.network.listen_endpoints, profile.network.connect_endpoints)
+        session = await open_session(network.listen_endpoints, network.connect_endpoints, membership=membership)
         stack.callback(session.close)
         others = [other.name for other in mission.vehicles if other.name != wish.vehicle]
         team = Team(

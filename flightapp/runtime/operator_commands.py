@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flightapp.fleet.messages import Command
+from flightapp.fleet.messages.command import Command
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.failsafe_watch import FailsafeWatch
 from flightapp.safety.failsafe.table import Condition

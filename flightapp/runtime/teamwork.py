@@ -10,7 +10,9 @@ import math
 import numpy as np
 
 from flightapp.core.types import Array, Decision, TargetTrack, TeamMember, VehicleState
-from flightapp.fleet.messages import SharedState
+from flightapp.fleet.messages.intent import Intent
+from flightapp.fleet.messages.state import State
+from flightapp.fleet.shared_state import SharedState
 from flightapp.runtime.rooms import Rooms
 
 ACTIVE_PHASES = ("ready", "pursue")
@@ -101,32 +103,34 @@ class Teamwork:
         target: TargetTrack | None,
         clearance_m: float | None,
         guards: tuple[str, ...],
-    ) -> SharedState:
+    ) -> tuple[State, Intent]:
         """This vehicle as it describes itself to the others; `decision` only while the planner flies."""
         rooms = self._rooms
         ages = [now_s - peer.state.t_s for peer in rooms.team.peers.values() if peer.state is not None]
-        eta = None if decision is None else decision.diagnostics.get("eta_s")
-        return SharedState(
-            vehicle=rooms.vehicle.name,
-            role=rooms.vehicle.role,
-            sequence=rooms.team.next_sequence(),
-            sent_s=now_s,
+        eta_s = None if decision is None else decision.diagnostics.get("eta_s")
+        goal = None if decision is None else decision.goal_ned_m
+        motion = State(
             t_s=state.t_s,
             position_ned_m=_triple(state.position_ned_m),
             velocity_ned_m_s=_triple(state.velocity_ned_m_s),
             yaw_rad=state.yaw_rad,
             airborne=airborne,
             phase=phase,
-            mode=phase if decision is None else decision.mode,
             outcome=outcome,
-            eta_s=float(eta) if isinstance(eta, (int, float)) and math.isfinite(eta) else None,
+        )
+        intent = Intent(
+            role=rooms.vehicle.role,
+            mission=rooms.mission_digest,
+            system_id=rooms.vehicle.system_id,
+            mode=phase if decision is None else decision.mode,
+            goal_ned_m=None if goal is None else _triple(goal),
+            arrival_s=now_s + float(eta_s) if isinstance(eta_s, (int, float)) and math.isfinite(eta_s) else None,
             target_distance_m=None if target is None else _planar_distance(state, target),
             clearance_m=clearance_m,
             link_age_s=max(ages) if ages else None,
-            mission=rooms.mission_digest,
             guards=guards,
-            system_id=rooms.vehicle.system_id,
         )
+        return motion, intent
 
 
 def _planar_distance(state: VehicleState, target: TargetTrack) -> float:

@@ -25,6 +25,7 @@ from flightapp.core.clock import SystemClock
 from flightapp.core.errors import FlightError
 from flightapp.fleet.command import new_command
 from flightapp.fleet.operator import Operator
+from flightapp.fleet.security.access import OPERATOR, membership_of
 from flightapp.fleet.session import open_session
 from flightapp.fleet.view import FleetView
 from flightapp.recording.messages import TruthRecord
@@ -54,13 +55,23 @@ class Processes:
 class Launcher:
     """Runs one mission; `stop` may be called at any time, from a signal handler."""
 
-    def __init__(self, mission: Mission, profile: Profile, mission_path: Path, run: Path, seed: int, progress: Progress) -> None:
+    def __init__(
+        self,
+        mission: Mission,
+        profile: Profile,
+        mission_path: Path,
+        run: Path,
+        seed: int,
+        progress: Progress,
+        keys: Path | None = None,
+    ) -> None:
         self._mission = mission
         self._profile = profile
         self._mission_path = mission_path.resolve()
         self._run = run
         self._seed = seed
         self._progress = progress
+        self._keys = keys
         self._clock = SystemClock()
         self._started_s = self._clock.now_s()
         self._processes = Processes()
@@ -75,7 +86,7 @@ class Launcher:
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, self.stop)
         try:
-            files = prepare(self._mission, self._profile, self._run, shared, ports.numbers)
+            files = prepare(self._mission, self._profile, self._run, shared, ports.numbers, self._keys)
             shutil.copyfile(self._mission_path, self._run / "mission.toml")
             await self._start(files)
             statuses = await self._watch(files)
@@ -155,7 +166,8 @@ class Launcher:
     async def _watch(self, files: list[VehicleFiles]) -> dict[str, int]:
         """Until every vehicle process has ended: record the truth, show progress, pass on the wish to stop."""
         readers = {own.vehicle.name: TruthReader(own.truth) for own in files}
-        session = await open_session([], [own.fleet_endpoint for own in files])
+        membership = membership_of(self._mission, None if self._keys is None else self._keys / OPERATOR)
+        session = await open_session([], [own.fleet_endpoint for own in files], membership=membership)
         view = FleetView(session, self._mission.fleet, readers)
         operator = Operator(session, self._mission.fleet, self._clock)
         deadline = self._started_s + self._mission.start_timeout_s + self._mission.time_limit_s + MARGIN_S
@@ -171,7 +183,7 @@ class Launcher:
                     self._announce_ends()
                     if now_s - shown_s >= PROGRESS_PERIOD_S:
                         shown_s = now_s
-                        view.poll()
+                        view.poll(now_s)
                         self._progress.show(now_s - self._started_s, view.states)
                     if now_s > deadline and self._stops == 0:
                         self._progress.say(f"no end within {deadline - self._started_s:.0f} s: landing every vehicle")
@@ -182,7 +194,7 @@ class Launcher:
                         passed_on, deadline = 1, now_s + LANDING_TIMEOUT_S
                         stopping = asyncio.create_task(self._land_all(operator))
                     await asyncio.sleep(max(0.0, TRUTH_PERIOD_S - (self._clock.now_s() - now_s)))
-                view.poll()
+                view.poll(self._clock.now_s())
                 self._progress.show(self._clock.now_s() - self._started_s, view.states)
         finally:
             if stopping is not None:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from flightapp.fleet.messages import SharedState
+from flightapp.fleet.shared_state import SharedState
 
 LINE_PERIOD_S = 2.0
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import zenoh
 
 from flightapp.core.clock import SystemClock
-from flightapp.fleet.messages import Command
+from flightapp.fleet.messages.command import Command
 from flightapp.fleet.session import zenoh_config
 from flightapp.fleet.team import Team
 

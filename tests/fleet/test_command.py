@@ -22,7 +22,7 @@ from flightapp.core.clock import SystemClock
 from flightapp.core.errors import InputError
 from flightapp.fleet.audit import operator_name
 from flightapp.fleet.command import Wish, new_command, send_command
-from flightapp.fleet.messages import Command
+from flightapp.fleet.messages.command import Command
 from flightapp.fleet.operator import ASK_AGAIN_S, Answer, Operator
 from flightapp.fleet.session import open_session
 from flightapp.sim.fleet_files import ReservedPorts

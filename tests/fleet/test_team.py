@@ -8,34 +8,23 @@ import pytest
 import zenoh
 
 from flightapp.core.clock import SystemClock
-from flightapp.fleet.messages import Command, SharedState, command_key, encode_state, state_key
+from flightapp.fleet.messages.codec import Header, encode
+from flightapp.fleet.messages.command import Command
+from flightapp.fleet.messages.intent import Intent
+from flightapp.fleet.messages.keys import command_key, key
+from flightapp.fleet.messages.state import STATE, State
 from flightapp.fleet.operator import Operator
 from flightapp.fleet.session import zenoh_config
-from flightapp.fleet.team import Peer, Team
+from flightapp.fleet.team import Team
 from flightapp.sim.fleet_files import ReservedPorts
 
 
-def shared_state(name: str, sequence: int, sent_s: float, **changes: object) -> SharedState:
-    values: dict[str, object] = {
-        "vehicle": name,
-        "role": "pursuer",
-        "sequence": sequence,
-        "sent_s": sent_s,
-        "t_s": sent_s,
-        "position_ned_m": (1.0, 2.0, -5.0),
-        "velocity_ned_m_s": (0.0, 0.0, 0.0),
-        "yaw_rad": 0.0,
-        "airborne": True,
-        "phase": "pursue",
-        "mode": "coarse",
-        "outcome": None,
-        "eta_s": None,
-        "target_distance_m": None,
-        "clearance_m": None,
-        "link_age_s": None,
-        "mission": "0123456789ab",
-    }
-    return SharedState(**(values | changes))  # type: ignore[arg-type]
+def own_state(t_s: float) -> State:
+    return State(t_s, (1.0, 2.0, -5.0), (0.0, 0.0, 0.0), 0.0, airborne=True, phase="pursue", outcome=None)
+
+
+def own_intent(mode: str = "coarse") -> Intent:
+    return Intent("pursuer", "0123456789ab", 1, mode, None, None, None, None, None, ())
 
 
 def until(condition: Callable[[], bool], timeout_s: float = 10.0) -> None:
@@ -68,37 +57,34 @@ def test_two_vehicles_hear_each_other_and_the_newest_state_wins(sessions: list[z
     p2 = Team(sessions[1], "f", "p2", ["p1"], lambda _, text: complaints.append(text))
 
     def heard() -> bool:
-        p1.publish(shared_state("p1", p1.next_sequence(), clock.now_s()))
+        p1.publish(own_state(clock.now_s()), own_intent(), clock.now_s())
         p2.poll(clock.now_s())
         return p2.peers["p1"].state is not None
 
     until(heard)
-    last = p1.next_sequence()
-    p1.publish(shared_state("p1", last, clock.now_s(), mode="fine"))
 
     def newest() -> bool:
+        p1.publish(own_state(clock.now_s()), own_intent("fine"), clock.now_s())
         p2.poll(clock.now_s())
         state = p2.peers["p1"].state
-        return state is not None and state.sequence == last
+        return state is not None and state.mode == "fine"
 
     until(newest)
-    assert p2.peers["p1"].state is not None
-    assert p2.peers["p1"].state.mode == "fine"
     assert complaints == []
 
 
 def test_a_state_under_a_foreign_key_is_refused_and_reported(sessions: list[zenoh.Session]) -> None:
     complaints: list[str] = []
     p2 = Team(sessions[1], "f", "p2", ["p1"], lambda peer, text: complaints.append(f"{peer}: {text}"))
-    impostor = sessions[0].declare_publisher(state_key("f", "p1"))
+    impostor = sessions[0].declare_publisher(key("f", "p1", "state"))
 
     def complained() -> bool:
-        impostor.put(encode_state(shared_state("p9", 1, time.time())))
+        impostor.put(encode(STATE, own_state(time.time()), Header("p9", 1, time.time())))
         p2.poll(time.time())
         return bool(complaints)
 
     until(complained)
-    assert "claims to be 'p9'" in complaints[0]
+    assert "claims to be from 'p9'" in complaints[0]
     assert p2.peers["p1"].state is None
 
 
@@ -146,30 +132,12 @@ def test_a_command_that_cannot_be_read_is_answered_with_the_reason(sessions: lis
     said: list[str] = []
 
     def answered() -> bool:
-        replies = sessions[1].get(command_key("f", "p1"), payload=b'{"version": 9}', timeout=1.0)
+        replies = sessions[1].get(command_key("f", "p1"), payload=bytes((9, 0)), timeout=1.0)
         team.take_commands(time.time(), lambda _: (True, "never"))
         time.sleep(0.02)
         team.take_commands(time.time(), lambda _: (True, "never"))
         said.extend(reply.err.payload.to_bytes().decode() for reply in replies if reply.err is not None)
-        return any("version 9" in text for text in said)
+        return any("version 9.0" in text for text in said)
 
     until(answered)
-    assert "this software speaks version 1" in complaints[0]
-
-
-def test_late_repeated_and_future_states_are_not_taken() -> None:
-    peer = Peer()
-    assert peer.accept(shared_state("p1", 5, 100.0), 100.0)
-    assert not peer.accept(shared_state("p1", 5, 100.0), 100.0)
-    assert not peer.accept(shared_state("p1", 4, 99.9), 100.0)
-    assert not peer.accept(shared_state("p1", 6, 101.0), 100.05)
-    assert peer.accept(shared_state("p1", 9, 100.2), 100.2)
-    assert peer.lost == 3
-    assert peer.rejected == 3
-
-
-def test_a_restarted_vehicle_counts_from_one_again_and_is_heard() -> None:
-    peer = Peer()
-    assert peer.accept(shared_state("p1", 500, 100.0), 100.0)
-    assert peer.accept(shared_state("p1", 1, 103.0), 103.0)
-    assert peer.lost == 0
+    assert "this software speaks version 2" in complaints[0]

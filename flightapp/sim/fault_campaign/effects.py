@@ -12,7 +12,7 @@ import numpy as np
 
 from flightapp.core.clock import monotonic_ns
 from flightapp.core.types import Decision
-from flightapp.fleet.messages import Acknowledgement, Command
+from flightapp.fleet.messages.command import Acknowledgement, Command
 from flightapp.planning.api import Observation, Planner
 from flightapp.sim.autopilot_modes import Mode
 from flightapp.sim.fault_campaign.broken_disk import BreakableDisk

@@ -1,4 +1,4 @@
-"""A fleet network on the virtual clock, with the part of Zenoh's interface that `fleet.team` uses.
+"""A fleet network on the virtual clock, with the part of Zenoh's interface that `fleet.post` uses.
 
 It carries bytes, not objects, so that everything is encoded and decoded as in flight. Latency is constant; a vehicle can be cut
 off, and what it sent or should have received meanwhile is gone, as over UDP.
@@ -13,7 +13,11 @@ from typing import Any, cast
 
 import zenoh
 
-from flightapp.fleet.messages import Acknowledgement, Command, command_key, decode_acknowledgement, encode_command
+from flightapp.fleet.messages.command import Acknowledgement, Command, decode_acknowledgement, encode_command
+from flightapp.fleet.messages.keys import command_key
+
+WAITING_MAX = 64
+"""Messages that wait for one reader; a real ring's capacity cannot be read, inlets keep as many as they want."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +128,7 @@ class _Session:
         return _Publisher(self._network, self._owner, key)
 
     def declare_subscriber(self, key: str, _handler: object) -> _Endpoint:
-        endpoint = _Endpoint(self._owner, _Mailbox(deque(maxlen=1)))
+        endpoint = _Endpoint(self._owner, _Mailbox(deque(maxlen=WAITING_MAX)))
         self._network.subscribe(key, endpoint)
         return endpoint
 

@@ -15,7 +15,7 @@ from typing import Any, BinaryIO
 from flightapp.config.mission import load_mission
 from flightapp.config.profile import load_profile
 from flightapp.core.types import Decision, Observation
-from flightapp.fleet.messages import Acknowledgement, Command
+from flightapp.fleet.messages.command import Acknowledgement, Command
 from flightapp.planning.api import Planner
 from flightapp.recording.reader import read_recording
 from flightapp.recording.sink import create_file

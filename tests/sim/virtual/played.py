@@ -8,7 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from flightapp.core.types import Array
-from flightapp.fleet.messages import SharedState, encode_state, state_key
+from flightapp.fleet.messages.codec import Header, encode
+from flightapp.fleet.messages.intent import INTENT, Intent
+from flightapp.fleet.messages.keys import key
+from flightapp.fleet.messages.state import STATE, State
 from flightapp.sim.virtual.fleet import VirtualFleet
 
 STATE_PERIOD_S = 0.05
@@ -24,26 +27,9 @@ class Played:
         self.is_silent = False
         self.clock_ahead_s = 0.0
         self._due_s = -math.inf
-        self._state = SharedState(
-            vehicle=name,
-            role=role,
-            sequence=0,
-            sent_s=0.0,
-            t_s=0.0,
-            position_ned_m=(0.0, 0.0, 0.0),
-            velocity_ned_m_s=(0.0, 0.0, 0.0),
-            yaw_rad=0.0,
-            airborne=True,
-            phase="ready",
-            mode="played",
-            outcome=None,
-            eta_s=None,
-            target_distance_m=None,
-            clearance_m=None,
-            link_age_s=None,
-            mission="",
-            system_id=system_id,
-        )
+        self._sequence = 0
+        self._state = State(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, airborne=True, phase="ready", outcome=None)
+        self._intent = Intent(role, "", system_id, "played", None, None, None, None, None, ())
 
     @property
     def position_ned_m(self) -> Array:
@@ -56,20 +42,16 @@ class Played:
             return
         elapsed_s = now_s - self._state.t_s + self.clock_ahead_s
         moved = np.subtract(position_ned_m, self._state.position_ned_m)
-        first = self._state.sequence == 0
+        first = self._sequence == 0
         north, east, down = (0.0, 0.0, 0.0) if first else (moved / elapsed_s).tolist()
         self._due_s = now_s + STATE_PERIOD_S
-        self._state = replace(
-            self._state,
-            sequence=self._state.sequence + 1,
-            sent_s=now_s + self.clock_ahead_s,
-            t_s=now_s + self.clock_ahead_s,
-            position_ned_m=position_ned_m,
-            velocity_ned_m_s=(north, east, down),
-            mission=next(iter(fleet.vehicles.values())).rooms.mission_digest,
-        )
+        self._sequence += 1
+        header = Header(self.name, self._sequence, now_s + self.clock_ahead_s)
+        self._state = replace(self._state, t_s=header.sent_s, position_ned_m=position_ned_m, velocity_ned_m_s=(north, east, down))
+        intent = replace(self._intent, mission=next(iter(fleet.vehicles.values())).rooms.mission_digest)
         if not self.is_silent:
-            fleet.network.publish(self.name, state_key(fleet.mission.fleet, self.name), encode_state(self._state))
+            fleet.network.publish(self.name, key(fleet.mission.fleet, self.name, "intent"), encode(INTENT, intent, header))
+            fleet.network.publish(self.name, key(fleet.mission.fleet, self.name, "state"), encode(STATE, self._state, header))
 
 
 def evader_path(t_s: float) -> tuple[float, float, float]:

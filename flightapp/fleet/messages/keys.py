@@ -1,0 +1,29 @@
+"""The key space of a fleet: `flightapp/<fleet>/<vehicle>/<kind>`, one writer a key.
+
+| kind     | writer, form             | sent                           | what it is                                         |
+|----------|--------------------------|--------------------------------|----------------------------------------------------|
+| state    | the vehicle, publication | 20 Hz (`state_rate_hz`)        | motion, phase, outcome                             |
+| intent   | the vehicle, publication | on change and 2 Hz             | mode, goal, arrival time, guards, mission's digest |
+| alive    | the vehicle, liveliness  | while its session lives        | token without content                              |
+| clock    | the vehicle, queryable   | asked by others, once a second | fleet time of the vehicle that answers             |
+| command  | the vehicle, queryable   | asked by operators             | operator's wish; the reply acknowledges it         |
+
+All content but that of `alive` and the question of `clock` has the form of `codec`. Vehicle and fleet are names of the mission.
+"""
+
+from __future__ import annotations
+
+ROOT = "flightapp"
+ALIVE = "alive"
+CLOCK = "clock"
+COMMAND = "command"
+
+
+def key(fleet: str, vehicle: str, kind: str) -> str:
+    """`*` as vehicle or kind: all of them."""
+    return f"{ROOT}/{fleet}/{vehicle}/{kind}"
+
+
+def command_key(fleet: str, vehicle: str) -> str:
+    """Key on which a vehicle answers operator commands."""
+    return key(fleet, vehicle, COMMAND)
