@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from flightapp.analysis.track import Track
-from flightapp.core.clearance import NO_OBSTACLE_M, closest_approach_m
+from flightapp.core.clearance import NO_OBSTACLE_M
 from flightapp.core.types import Array, Boundary
 from flightapp.recording.phases import Window
 from flightapp.sim.world import World
 
 _JERK_STEP_S = 0.2
 _JERK_FINE_STEPS = 5
+_STRETCH = 16
+"""Samples of a track that are judged together before they are looked at one by one."""
 
 
 def path_length_m(track: Track) -> float:
@@ -51,18 +51,32 @@ def min_distance_m(first: Track, second: Track, window: Window) -> tuple[float, 
         return None
     times = np.union1d(first.within(common).t_s, second.within(common).t_s)
     relative = second.at(times).position_ned_m - first.at(times).position_ned_m
-    best = (math.inf, common.start_s)
-    for index in range(len(times) - 1):
-        distance, fraction = closest_approach_m(relative[index], relative[index + 1])
-        if distance < best[0]:
-            best = (distance, float(times[index] + fraction * (times[index + 1] - times[index])))
-    return best
+    step = np.diff(relative, axis=0)
+    length = (step**2).sum(axis=1)
+    fraction = np.clip(-(relative[:-1] * step).sum(axis=1) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+    distances = np.linalg.norm(relative[:-1] + fraction[:, None] * step, axis=1)
+    nearest = int(np.argmin(distances))
+    return float(distances[nearest]), float(times[nearest] + fraction[nearest] * (times[nearest + 1] - times[nearest]))
 
 
 def min_clearance_m(track: Track, world: World, body_radius_m: float) -> float | None:
-    """Smallest distance of the body's surface to the world along the whole way, at most 1 cm too small; None if unknown."""
-    starts, ends = track.position_ned_m[:-1], track.position_ned_m[1:]
-    least = min((world.segment_clearance_m(start, end) for start, end in zip(starts, ends, strict=True)), default=NO_OBSTACLE_M)
+    """Smallest distance of the body's surface to the world along the whole way, at most 1 cm too small; None if unknown.
+
+    Where the distance at both ends of a stretch says that the way between them cannot reach a nearer place, nobody looks closer.
+    """
+    points = track.position_ned_m
+    if len(points) < 2:
+        return None
+    travelled = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    ends = np.unique(np.append(np.arange(0, len(points), _STRETCH), len(points) - 1))
+    distances = np.array([world.signed_distance_m(*points[end].tolist()) for end in ends])
+    reachable = (distances[:-1] + distances[1:] - np.diff(travelled[ends])) / 2
+    least = NO_OBSTACLE_M
+    for stretch in np.argsort(reachable):
+        if reachable[stretch] >= least:
+            break
+        for index in range(ends[stretch], ends[stretch + 1]):
+            least = min(least, world.segment_clearance_m(points[index], points[index + 1]))
     return least - body_radius_m if least < NO_OBSTACLE_M / 2 else None
 
 

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from flightapp.analysis.track import Track, track_of
 from flightapp.config.loading import Model, validate
 from flightapp.config.mission import Mission, load_mission
@@ -135,14 +137,13 @@ def _true_states(series: Series) -> dict[str, Series]:
     names = series.texts("vehicle")
     states: dict[str, Series] = {}
     for name in sorted(set(names)):
-        chosen = [index for index, other in enumerate(names) if other == name]
-        states[name] = Series(series.topic, series.t_s[chosen], [series.messages[index] for index in chosen])
+        states[name] = series.chosen(np.array([name == other for other in names], dtype=bool))
     return states
 
 
 def _flown(series: Series) -> Window:
     """From the first to the last true state off the ground; of no length if there was none."""
-    times = series.column("t_s")[[message.get("on_ground") is False for message in series.messages]]
+    times = series.column("t_s")[series.column("on_ground") == 0.0]
     return Window(float(times.min()), float(times.max())) if len(times) else Window(0.0, 0.0)
 
 

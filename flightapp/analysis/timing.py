@@ -9,6 +9,7 @@ import numpy as np
 from flightapp.core.types import Array
 from flightapp.recording.phases import Window
 from flightapp.recording.reader import Recording, Series
+from flightapp.recording.series import no_messages
 
 Spread = dict[str, float | None]
 STAGES = ("coarse", "fine")
@@ -33,21 +34,22 @@ def mean_and_max(values: Array) -> Spread:
 def within(series: Series, window: Window | None) -> Series:
     """The messages from the start of `window` until before its end; none without one."""
     if window is None:
-        return Series(series.topic, np.zeros(0), [])
-    chosen = np.flatnonzero((series.t_s >= window.start_s) & (series.t_s < window.end_s))
-    return Series(series.topic, series.t_s[chosen], [series.messages[index] for index in chosen])
+        return no_messages(series.topic)
+    return series.chosen((series.t_s >= window.start_s) & (series.t_s < window.end_s))
 
 
 def decision_latency_ms(decisions: Series) -> dict[str, Array]:
     """Durations of the planner's steps by stage: `diagnostics["stage"]`, or the mode where it is named for one."""
     latency = decisions.column("latency_s") * 1e3
-    stages = [_stage(message.get("diagnostics"), str(message.get("mode"))) for message in decisions.messages]
+    stages = [
+        _stage(told, mode) for told, mode in zip(decisions.texts("diagnostics.stage"), decisions.texts("mode"), strict=True)
+    ]
     return {stage: latency[np.array([stage == other for other in stages], dtype=bool)] for stage in STAGES}
 
 
 def frame_to_setpoint_ms(setpoints: Series) -> Array:
     """From the capture of a depth frame to the first setpoint that rests on it, one value a frame."""
-    new = np.array([message.get("new_frame") is True for message in setpoints.messages], dtype=bool)
+    new = setpoints.column("new_frame") == 1.0
     latency = (setpoints.column("t_s") - setpoints.column("frame_t_s"))[new] * 1e3
     return np.asarray(latency[np.isfinite(latency)])
 
@@ -88,7 +90,5 @@ def _times(series: Series) -> Array:
     return np.sort(times[np.isfinite(times)])
 
 
-def _stage(diagnostics: object, mode: str) -> str | None:
-    if isinstance(diagnostics, dict) and "stage" in diagnostics:
-        return str(diagnostics["stage"])
-    return next((stage for stage in STAGES if stage in mode.lower()), None)
+def _stage(told: str, mode: str) -> str | None:
+    return told or next((stage for stage in STAGES if stage in mode.lower()), None)

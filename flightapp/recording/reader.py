@@ -4,44 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import orjson
-from mcap.records import Attachment, Message, Metadata
+from mcap.records import Attachment, Metadata
 from mcap.records import Channel as McapChannel
 
 from flightapp.core.types import Array
 from flightapp.recording.scan import Scan
+from flightapp.recording.series import Messages, Series, no_messages
 
-
-@dataclass(frozen=True, slots=True)
-class Series:
-    """The messages of one topic in the order of their times `t_s` (n,), fleet time."""
-
-    topic: str
-    t_s: Array
-    messages: list[dict[str, Any]]
-
-    def __len__(self) -> int:
-        return len(self.messages)
-
-    def column(self, name: str) -> Array:
-        """One numeric field of every message, (n,); NaN where it is null or absent."""
-        return np.array([_number(message.get(name)) for message in self.messages], dtype=np.float64)
-
-    def vectors(self, name: str, width: int = 3) -> Array:
-        """One field that is a list of `width` numbers, (n, width); NaN where it is null or absent."""
-        empty = [math.nan] * width
-        rows = [message.get(name) for message in self.messages]
-        good = [row if isinstance(row, list) and len(row) == width else empty for row in rows]
-        return np.array([[_number(value) for value in row] for row in good], dtype=np.float64).reshape(-1, width)
-
-    def texts(self, name: str) -> list[str]:
-        """One text field of every message; empty where it is null or absent."""
-        return [str(message.get(name) or "") for message in self.messages]
+__all__ = ["Recording", "Series", "discs_of", "read_recording"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +32,13 @@ class Recording:
 
     def topic(self, name: str) -> Series:
         """The series of one topic; empty if nothing was recorded on it."""
-        return self.series.get(name) or Series(name, np.zeros(0), [])
+        return self.series.get(name) or no_messages(name)
+
+    def shifted(self, shift_s: float) -> Recording:
+        """The same recording on another time base: `shift_s` is added to its times."""
+        if shift_s == 0.0:
+            return self
+        return replace(self, series={topic: series.shifted(shift_s) for topic, series in self.series.items()})
 
 
 def read_recording(path: Path) -> Recording:
@@ -68,23 +49,21 @@ def read_recording(path: Path) -> Recording:
     scan = Scan(path)
     topics: dict[int, str] = {}
     times: dict[str, list[int]] = {}
-    messages: dict[str, list[dict[str, Any]]] = {}
+    payloads: dict[str, list[bytes]] = {}
     metadata: dict[str, dict[str, str]] = {}
     attachments: dict[str, bytes] = {}
-    for record in scan:
-        if isinstance(record, Message) and record.channel_id in topics:
-            content = _content(record.data)
-            if content is not None:
-                topic = topics[record.channel_id]
-                times.setdefault(topic, []).append(record.log_time)
-                messages.setdefault(topic, []).append(content)
+    for record in scan.messages(topics):
+        if isinstance(record, tuple):
+            topic = topics[record[0]]
+            times.setdefault(topic, []).append(record[1])
+            payloads.setdefault(topic, []).append(record[2])
         elif isinstance(record, McapChannel) and record.message_encoding == "json":
             topics[record.id] = record.topic
         elif isinstance(record, Metadata):
             metadata.setdefault(record.name, {}).update(record.metadata)
         elif isinstance(record, Attachment):
             attachments[record.name] = record.data
-    series = {topic: _series(topic, times[topic], messages[topic]) for topic in times}
+    series = {topic: _series(topic, times[topic], payloads[topic]) for topic in times}
     vehicle = metadata.get("run", {}).get("vehicle", path.stem)
     return Recording(path, vehicle, scan.complete, metadata, attachments, series)
 
@@ -97,19 +76,10 @@ def discs_of(message: Mapping[str, Any]) -> Array:
     return discs
 
 
-def _series(topic: str, times_ns: list[int], messages: list[dict[str, Any]]) -> Series:
-    order = np.argsort(np.array(times_ns, dtype=np.uint64), kind="stable")
-    t_s = np.array(times_ns, dtype=np.uint64)[order].astype(np.float64) * 1e-9
-    return Series(topic, t_s, [messages[index] for index in order])
-
-
-def _content(data: bytes) -> dict[str, Any] | None:
-    """The message as a dict; None if it is not a JSON object, which no recorder of ours writes."""
-    try:
-        content = orjson.loads(data)
-    except orjson.JSONDecodeError:
-        return None
-    return content if isinstance(content, dict) else None
+def _series(topic: str, times_ns: list[int], payloads: list[bytes]) -> Series:
+    stamps = np.array(times_ns, dtype=np.uint64)
+    order = np.argsort(stamps, kind="stable")
+    return Series(topic, stamps[order].astype(np.float64) * 1e-9, Messages(payloads).taken(order.tolist()))
 
 
 def _number(value: object) -> float:

@@ -6,10 +6,11 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from mcap.records import Footer, Header, McapRecord
+from mcap.records import Chunk, Footer, Header, McapRecord, Message
 from mcap.stream_reader import MAGIC_SIZE, StreamReader
 
 from flightapp.core.errors import InputError
+from flightapp.recording.chunks import RawMessage, split
 from flightapp.recording.recorder import FILE_PROFILE
 
 _MAGIC = b"\x89MCAP0\r\n"
@@ -45,10 +46,25 @@ class Scan:
     def __iter__(self) -> Iterator[McapRecord]:
         return self._records()
 
-    def _records(self) -> Iterator[McapRecord]:
+    def messages(self, wanted: dict[int, str]) -> Iterator[McapRecord | RawMessage]:
+        """As by iteration, but messages come bare, and only those whose channel the caller has put into `wanted`."""
+        for record in self._records(emit_chunks=True):
+            if isinstance(record, Chunk):
+                try:
+                    yield from split(record, wanted)
+                except Exception:  # as in `_records`
+                    return
+            elif isinstance(record, Message):
+                if record.channel_id in wanted:
+                    yield record.channel_id, record.log_time, record.data
+            else:
+                yield record
+
+    def _records(self, *, emit_chunks: bool = False) -> Iterator[McapRecord]:
         """Records up to the end or the first damage. A recording cut off while written ends in damage: that is normal."""
         with self.path.open("rb") as file:
-            records = StreamReader(file, validate_crcs=True, record_size_limit=self._size).records
+            reader = StreamReader(file, emit_chunks=emit_chunks, validate_crcs=True, record_size_limit=self._size)
+            records = reader.records
             while True:
                 try:
                     record = next(records)
