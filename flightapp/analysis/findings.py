@@ -35,6 +35,8 @@ class Finding:
     from_s: float | None = None
     to_s: float | None = None
     evidence: Mapping[str, float | str] = field(default_factory=dict)
+    vehicle: str = ""
+    """Whose; empty where it is the whole run's or the log's own."""
 
 
 def worst(findings: tuple[Finding, ...] | list[Finding]) -> Severity:
@@ -46,6 +48,7 @@ def as_json(finding: Finding) -> dict[str, object]:
     """For summary.json: plain values, the severity by its name in small letters."""
     return {
         "analyser": finding.analyser,
+        "vehicle": finding.vehicle,
         "severity": finding.severity.name.lower(),
         "title": finding.title,
         "text": finding.text,
