@@ -32,7 +32,7 @@ def map_figure(run: Run) -> Figure:
     """North up, equal axes."""
     data = map_data(run)
     traces = [*_ground(data), *_flown(data), *_marks(data)]
-    layout = _layout("east, m", "north, m")
+    layout = plain_layout("east, m", "north, m")
     layout["height"] = 760
     layout["margin"] = {"l": 60, "r": 20, "t": 20, "b": 55}
     layout["legend"] = {"orientation": "v", "x": 1.01, "y": 1.0, "xanchor": "left", "yanchor": "top"}
@@ -95,8 +95,8 @@ def _joined(lines: Iterable[Array]) -> tuple[list[float | None], list[float | No
         if east:
             east.append(None)
             north.append(None)
-        east += _rounded(line[:, 1])
-        north += _rounded(line[:, 0])
+        east += rounded(line[:, 1])
+        north += rounded(line[:, 0])
     return east, north
 
 
@@ -128,8 +128,8 @@ def _marks(data: MapData) -> list[Figure]:
         {
             "type": "scatter",
             "mode": "markers",
-            "x": _rounded([mark.point_m[1]]),
-            "y": _rounded([mark.point_m[0]]),
+            "x": rounded([mark.point_m[1]]),
+            "y": rounded([mark.point_m[0]]),
             "marker": {
                 "symbol": "star" if mark.kind == "capture" else "circle",
                 "size": 17 if mark.kind == "capture" else 10,
@@ -173,7 +173,7 @@ def _chart(
     markers: bool = False,
     shown_max: float | None = None,
 ) -> Figure:
-    layout = _layout(f"time since the {origin_name(run)} began, s", unit)
+    layout = plain_layout(f"time since the {origin_name(run)} began, s", unit)
     top = 14 + 20 * _legend_rows(traces)
     layout["height"] = 225 + top
     layout["margin"] = {"l": 60, "r": 20, "t": top, "b": 45}
@@ -220,7 +220,7 @@ def _reference_lines(run: Run, threshold: tuple[str, float] | None) -> tuple[lis
     return shapes, notes
 
 
-def _layout(x_title: str, y_title: str) -> Figure:
+def plain_layout(x_title: str, y_title: str) -> Figure:
     axis = {"gridcolor": _GRID, "zerolinecolor": "#cbd2d9", "linecolor": "#9aa5b1", "ticks": "outside", "tickcolor": "#9aa5b1"}
     return {
         "font": _FONT,
@@ -249,14 +249,14 @@ def _trace(
         "type": "scatter",
         "mode": "lines",
         "name": name,
-        "x": _rounded((t_s - origin_s(run))[::step]),
-        "y": _rounded(values[::step]),
+        "x": rounded((t_s - origin_s(run))[::step]),
+        "y": rounded(values[::step]),
         "line": {"color": colour, "width": 1.8, "dash": dash},
         "marker": {"color": colour, "symbol": symbol, "opacity": 0.65},
     }
 
 
-def _rounded(values: Array | list[float]) -> list[float | None]:
+def rounded(values: Array | list[float]) -> list[float | None]:
     """Millimetres and milliseconds are enough to look at; what is not a number is null."""
     return [round(value, 3) if np.isfinite(value) else None for value in np.asarray(values, dtype=np.float64).tolist()]
 

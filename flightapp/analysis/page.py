@@ -63,6 +63,11 @@ def _page(run: Run, summary: Summary) -> str:
 <section><h2>Over time</h2><p class="note">{_time_note(run, summary)}</p><div class="charts">{plots}</div></section>
 <section><h2>Events</h2>{events_table(run)}</section>
 <section><h2>Recordings</h2>{recordings_table(summary)}</section>"""
+    return document(title, body, figures)
+
+
+def document(title: str, body: str, figures: Sequence[tuple[str, Figure]]) -> str:
+    """A page that needs nothing else: `body` is HTML, every figure is drawn into the element of its id."""
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -71,7 +76,7 @@ def _page(run: Run, summary: Summary) -> str:
     )
 
 
-def _script(figures: list[tuple[str, Figure]]) -> str:
+def _script(figures: Sequence[tuple[str, Figure]]) -> str:
     """Draws every figure. Inside a script no recorded text may look like markup."""
     data = orjson.dumps(dict(figures)).decode().replace("<", "\\u003c")
     return (
