@@ -18,6 +18,7 @@ from flightapp.analysis.run import Run, load_run
 from flightapp.analysis.style import STYLE
 from flightapp.analysis.summary import Summary, save_summary, summarise, write_whole
 from flightapp.analysis.tables import events_table, figures_table, recordings_table, vehicles_table
+from flightapp.analysis.ulog.beside import LogBeside, logs_beside, sections_beside, summaries_beside
 from flightapp.analysis.verdict import verdict_of
 
 
@@ -27,10 +28,11 @@ def report(run_paths: Sequence[Path]) -> tuple[Summary, Path]:
     Returns the summary and the path of report.html. InputError if there is nothing to read.
     """
     run = load_run(run_paths)
-    summary = summarise(run)
+    logs = logs_beside(run)
+    summary = summarise(run) | {"autopilot_logs": summaries_beside(logs)}
     save_summary(run, summary)
     save_picture(run)
-    return summary, save_report(run, summary)
+    return summary, save_report(run, summary, logs)
 
 
 def write_report(run: Path) -> Path:
@@ -39,14 +41,14 @@ def write_report(run: Path) -> Path:
     return save_report(loaded, summarise(loaded))
 
 
-def save_report(run: Run, summary: Summary) -> Path:
-    """Write the page where it belongs; whole or not at all."""
+def save_report(run: Run, summary: Summary, logs: Sequence[LogBeside] = ()) -> Path:
+    """Write the page where it belongs, with the autopilots' logs of the folder; whole or not at all."""
     path = run.output("report.html")
-    write_whole(path, _page(run, summary).encode())
+    write_whole(path, _page(run, summary, logs).encode())
     return path
 
 
-def _page(run: Run, summary: Summary) -> str:
+def _page(run: Run, summary: Summary, logs: Sequence[LogBeside]) -> str:
     title = f"{summary['mission'] or run.folder.name}"
     charts = chart_figures(run)
     figures = [("map", map_figure(run)), *((f"chart{number}", figure) for number, (_, figure) in enumerate(charts))]
@@ -54,6 +56,8 @@ def _page(run: Run, summary: Summary) -> str:
         f'<section class="chart"><h3>{escape(name)}</h3><div id="chart{number}"></div></section>'
         for number, (name, _) in enumerate(charts)
     )
+    log_sections, log_figures = sections_beside(run, logs)
+    figures += log_figures
     body = f"""
 <header><div><h1>{escape(title)}</h1><p class="sub">{escape(_subtitle(run, summary))}</p></div></header>
 {_verdict(summary)}
@@ -62,6 +66,7 @@ def _page(run: Run, summary: Summary) -> str:
 <section><h2>Map</h2><p class="note">{escape(_map_note(run))}</p><div id="map"></div></section>
 <section><h2>Over time</h2><p class="note">{_time_note(run, summary)}</p><div class="charts">{plots}</div></section>
 <section><h2>Events</h2>{events_table(run)}</section>
+{log_sections}
 <section><h2>Recordings</h2>{recordings_table(summary)}</section>"""
     return document(title, body, figures)
 

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import least_squares
 from scipy.signal import correlate
 
@@ -27,7 +28,8 @@ RIVAL_S, RIVAL_MAX = 2.0, 0.97
 DRIFT_SIGMA_MAX_PPM = 100.0
 """Drift that is known worse than this is not estimated: quartz clocks differ by less."""
 ROBUST_M_S = 0.05
-SLOPE_S = 0.05
+SLOPE_S = 0.02
+SMOOTH_S, SMOOTH_STEP_S = 0.1, 0.01
 _GAP_MAX_S = 1.0
 
 
@@ -107,7 +109,8 @@ def _coarse(reference_s: Array, reference: Array, log_s: Array, log: Array) -> t
 def _fine(reference: Motion, log: Motion, offset_s: float, correlation: float, *, with_drift: bool) -> Alignment | str:
     """Robust least squares over the samples of the log that the reference spans."""
     lasting = _covered(reference, log.t_s + offset_s)
-    t_s, wanted = log.t_s[lasting], log.velocity_ned_m_s[lasting]
+    t_s, wanted = log.t_s[lasting], _at(_smooth(log), log.t_s[lasting])
+    known = _smooth(reference)
     if len(t_s) < 10 or t_s[-1] - t_s[0] < OVERLAP_MIN_S:
         return f"less than {OVERLAP_MIN_S:g} s were recorded by both"
     middle_s = float(0.5 * (t_s[0] + t_s[-1]))
@@ -118,13 +121,12 @@ def _fine(reference: Motion, log: Motion, offset_s: float, correlation: float, *
         return np.asarray(t_s + offset_s + unknowns[0] + (unknowns[1] * share if with_drift else 0.0), dtype=np.float64)
 
     def residuals(unknowns: Array) -> Array:
-        left: Array = _at(reference, shifted(unknowns)) - wanted
+        left: Array = _at(known, shifted(unknowns)) - wanted
         return left.ravel()
 
     def slopes(unknowns: Array) -> Array:
-        """Over a few samples: the interpolated velocity is only piecewise smooth."""
         times = shifted(unknowns)
-        slope = (_at(reference, times + SLOPE_S) - _at(reference, times - SLOPE_S)) / (2.0 * SLOPE_S)
+        slope = (_at(known, times + SLOPE_S) - _at(known, times - SLOPE_S)) / (2.0 * SLOPE_S)
         columns = [slope, slope * share[:, None]] if with_drift else [slope]
         return np.column_stack([column.ravel() for column in columns])
 
@@ -142,6 +144,13 @@ def _fine(reference: Motion, log: Motion, offset_s: float, correlation: float, *
         correlation=correlation,
         residual_m_s=float(np.sqrt(np.mean(left**2))),
     )
+
+
+def _smooth(motion: Motion) -> Motion:
+    """Both sides alike, so that no delay comes of it. Interpolated noise is less between two samples than at one: unsmoothed,
+    the fit would be drawn to where the samples of one side lie in the middle between those of the other."""
+    t_s = np.arange(motion.t_s[0], motion.t_s[-1], SMOOTH_STEP_S)
+    return Motion(t_s, gaussian_filter1d(_at(motion, t_s), SMOOTH_S / SMOOTH_STEP_S, axis=0))
 
 
 def _covered(reference: Motion, t_s: Array) -> Mask:

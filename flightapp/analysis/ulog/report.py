@@ -16,13 +16,12 @@ from flightapp.analysis.summary import write_whole
 from flightapp.analysis.ulog.figures import log_figures
 from flightapp.analysis.ulog.flight import ExaminedLog, examine, software_of, summary_of
 from flightapp.analysis.ulog.gps_time import gps_offset_s
-from flightapp.analysis.ulog.sections import entries_table, findings_table
+from flightapp.analysis.ulog.sections import entries_table, findings_table, verdict_box
 from flightapp.analysis.ulog.spans import total_s
 from flightapp.core.errors import InputError
 
 SUFFIX = ".ulg"
 X_TITLE = "time since the log began, s"
-_LEVELS = {Severity.OK: "good", Severity.NOTE: "good", Severity.WARNING: "attention", Severity.FAILURE: "bad"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,14 +72,6 @@ def _page(examined: ExaminedLog) -> str:
 <div class="charts">{plots}</div></section>
 <section><h2>Events</h2>{entries_table(examined.entries)}</section>"""
     return document(log.path.name, body, [(f"ulog{number}", figure) for number, (_, figure) in enumerate(charts)])
-
-
-def verdict_box(examined: ExaminedLog) -> str:
-    """The box at the top: headline and what is wrong."""
-    wrong = sorted((one for one in examined.findings if one.severity >= Severity.WARNING), key=lambda one: -one.severity)
-    items = "".join(f"<li><strong>{escape(one.title)}</strong>: {escape(one.text)}</li>" for one in wrong)
-    below = f"<ul>{items}</ul>" if items else ""
-    return f'<div class="verdict {_LEVELS[examined.worst]}"><strong>{escape(examined.headline)}.</strong>{below}</div>'
 
 
 def _subtitle(examined: ExaminedLog) -> str:

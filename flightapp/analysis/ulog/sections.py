@@ -6,9 +6,19 @@ from collections.abc import Sequence
 from html import escape
 
 from flightapp.analysis.findings import Finding, Severity
+from flightapp.analysis.ulog.flight import ExaminedLog
 from flightapp.analysis.ulog.timeline import Entry
 
+_LEVELS = {Severity.OK: "good", Severity.NOTE: "good", Severity.WARNING: "attention", Severity.FAILURE: "bad"}
 _BADGES = {Severity.OK: "phase", Severity.NOTE: "", Severity.WARNING: "warning", Severity.FAILURE: "error"}
+
+
+def verdict_box(examined: ExaminedLog) -> str:
+    """The box at the top: headline and what is wrong."""
+    wrong = sorted((one for one in examined.findings if one.severity >= Severity.WARNING), key=lambda one: -one.severity)
+    items = "".join(f"<li><strong>{escape(one.title)}</strong>: {escape(one.text)}</li>" for one in wrong)
+    below = f"<ul>{items}</ul>" if items else ""
+    return f'<div class="verdict {_LEVELS[examined.worst]}"><strong>{escape(examined.headline)}.</strong>{below}</div>'
 
 
 def findings_table(findings: Sequence[Finding]) -> str:
