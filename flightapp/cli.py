@@ -205,15 +205,21 @@ def import_fence(
 
 @app.command()
 def report(
-    run: Annotated[list[Path], typer.Argument(help="A run folder, or recordings.")],
+    run: Annotated[list[Path], typer.Argument(help="A run folder, recordings, or one log of PX4 (.ulg).")],
     as_json: Json = False,
+    output: Annotated[Path | None, typer.Option("--output", help="Folder for a .ulg's report; default beside the log.")] = None,
 ) -> None:
-    """Write report.html and summary.json from one or more recordings.
+    """Write report.html and summary.json from one or more recordings, or from one log of PX4.
 
     Example: flightapp report runs/20260601-101500-demo_two_pursuers
     """
     from flightapp.analysis import report as write
+    from flightapp.analysis.ulog.command import log_among, report_log
 
+    if (flight := log_among(run, output)) is not None:
+        told = report_log(flight, output)
+        print(json.dumps(told.summary, indent=2) if as_json else told.text())
+        return
     summary, page = write(run)
     print(json.dumps(summary, indent=2) if as_json else f"outcome: {summary['outcome']}\nreport:  {page}")
 
