@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from flightapp.config.mission import Mission, Vehicle
 from flightapp.config.profile import Profile
+from flightapp.fleet.security.credentials import Credentials
 from flightapp.vehicle.autopilot import AutopilotDetails, BatteryState, HealthState, Motion, Status
 
 Parameters = Mapping[str, float | None]
@@ -37,6 +38,8 @@ class TeammateFacts:
     system_id: int | None
     clock_ahead_s: float
     """How far the stamps of its quickest message were ahead of this machine's time; link latency makes it smaller."""
+    clock_measured_s: float | None = None
+    """How far its clock is ahead, by round trips; then stamps are corrected by it. None while it does not answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,3 +73,5 @@ class Facts:
     camera: CameraFacts | None
     teammates: tuple[TeammateFacts, ...]
     computer: ComputerFacts
+    credentials: Credentials | None = None
+    """With which it joins the fleet; None: the fleet is open."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from flightapp.fleet.security.credentials import load_credentials
 from flightapp.preflight.computer import computer_facts
 from flightapp.preflight.facts import CameraFacts, Facts, TeammateFacts
 from flightapp.preflight.px4_parameters import Needed, needed_parameters
@@ -20,6 +21,8 @@ class Gatherer:
         self._parameters: dict[str, float | None] = {}
         self._frames_at_first: tuple[float, int] | None = None
         self._ahead_s: dict[str, float] = {}
+        folder = rooms.profile.network.certificates
+        self._credentials = None if folder is None else load_credentials(folder)
 
     @property
     def needed(self) -> tuple[Needed, ...]:
@@ -60,6 +63,7 @@ class Gatherer:
             camera=None if self._loop.perception is None else self._camera(self._loop.perception, now_s),
             teammates=tuple(self._teammates(now_s)),
             computer=computer_facts(rooms.profile.recording.folder),
+            credentials=self._credentials,
         )
 
     def _camera(self, perception: PerceptionThread, now_s: float) -> CameraFacts:
@@ -87,5 +91,8 @@ class Gatherer:
                 found.append(TeammateFacts(name, None, "", None, 0.0))
             else:
                 self._ahead_s[name] = max(peer.ahead_s, self._ahead_s.get(name, peer.ahead_s))
-                found.append(TeammateFacts(name, now_s - state.t_s, state.mission, state.system_id, self._ahead_s[name]))
+                measured_s = self._rooms.team.post.clock_ahead_s.get(name)
+                found.append(
+                    TeammateFacts(name, now_s - state.t_s, state.mission, state.system_id, self._ahead_s[name], measured_s)
+                )
         return found

@@ -186,6 +186,23 @@ class Health:
 
 
 @dataclass(slots=True)
+class ClockOffset:
+    """What another machine's clock is ahead of this one's, as measured by round trips; half the quickest is the uncertainty."""
+
+    vehicle: str
+    ahead_s: float
+    uncertainty_s: float
+
+
+@dataclass(slots=True)
+class ClockOffsets:
+    """All that are known at `t_s`; stamps of those vehicles have been corrected by them."""
+
+    t_s: float
+    offsets: list[ClockOffset]
+
+
+@dataclass(slots=True)
 class CameraMounting:
     """Pose of the camera in the body frame (forward, right, down); zero angles look straight ahead."""
 

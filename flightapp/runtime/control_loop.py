@@ -19,6 +19,7 @@ import psutil
 from flightapp.core.clearance import NO_OBSTACLE_M, clearance_m
 from flightapp.core.types import Decision, Observation, ObstacleSet, Setpoint, TargetTrack, VehicleState
 from flightapp.fleet.messages.command import Command
+from flightapp.runtime.fleet_time import FleetTime
 from flightapp.runtime.hover import Hover
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.rooms import Rooms
@@ -53,6 +54,7 @@ class ControlLoop:
         self._rooms = rooms
         self._on_command = on_command
         self._teamwork = Teamwork(rooms)
+        self._fleet_time = FleetTime(rooms)
         self._hover = Hover(
             rooms.mission.height_of(rooms.vehicle), rooms.limits.climb_rate_max_m_s, rooms.profile.control.altitude_gain_1_s
         )
@@ -119,6 +121,13 @@ class ControlLoop:
 
     async def run(self) -> None:
         """Tick until cancelled."""
+        asking = asyncio.create_task(self._fleet_time.ask())
+        try:
+            await self._run()
+        finally:
+            asking.cancel()
+
+    async def _run(self) -> None:
         period_s = 1.0 / self._rooms.profile.control.rate_min_hz
         deadline_s = self._rooms.clock.now_s() + period_s
         while True:
@@ -158,6 +167,7 @@ class ControlLoop:
             self.in_offboard = False
             self.guidance = Guidance.NONE  # One more setpoint would restart MAVSDK's own stream against the pilot.
         rooms.heartbeat.beat(active=self.guidance is not Guidance.NONE or status.armed)
+        self._fleet_time.poll(now_s)
         rooms.team.poll(now_s)
         for command, answer in rooms.team.take_commands(now_s, self._on_command):
             rooms.journal.command(command, answer)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from flightapp.core.clock import Clock
 from flightapp.core.types import Array, Decision, Setpoint, TargetTrack
+from flightapp.fleet.clock_offset import Offset
 from flightapp.fleet.messages.command import Acknowledgement, Command
 from flightapp.fleet.peers import Peer
 from flightapp.recording import messages
@@ -105,6 +106,19 @@ class Journal:
             if (state := peer.state) is not None
         ]
         self._recorder.log("/team", messages.Team(now_s, members), now_s)
+
+    def clock_offsets(self, offsets: Mapping[str, Offset], now_s: float) -> None:
+        known = [messages.ClockOffset(name, offset.ahead_s, offset.uncertainty_s) for name, offset in offsets.items()]
+        self._recorder.log("/clocks", messages.ClockOffsets(now_s, known), now_s)
+
+    def clock_offset_changed(self, name: str, offset: Offset, ahead_s: Mapping[str, float]) -> None:
+        """An event, and metadata of the recording with all offsets, for whoever merges the recordings of several machines."""
+        text = (
+            f"clock of {name} is {offset.ahead_s * 1e3:+.1f} ms ahead of this one, give or take "
+            f"{offset.uncertainty_s * 1e3:.1f} ms; its stamps are corrected by that"
+        )
+        self.event("info", "clock", text, peer=name, ahead_s=offset.ahead_s, uncertainty_s=offset.uncertainty_s)
+        self._recorder.metadata("clock_offsets", ahead_s)
 
     def obstacles(self, perceived: Perceived, now_s: float) -> None:
         health = perceived.health

@@ -12,6 +12,7 @@ import numpy as np
 from flightapp.core.types import Array, Decision, TargetTrack, TeamMember, VehicleState
 from flightapp.fleet.messages.intent import Intent
 from flightapp.fleet.messages.state import State
+from flightapp.fleet.roster import Roster
 from flightapp.fleet.shared_state import SharedState
 from flightapp.runtime.rooms import Rooms
 
@@ -19,6 +20,8 @@ ACTIVE_PHASES = ("ready", "pursue")
 FORGOTTEN_S = 10.0
 EXTRAPOLATION_MAX_S = 0.5
 CUT_OUT_MARGIN_M = 0.4
+LEFT_AGE_MAX_S = 0.2
+"""Of the last state of a vehicle whose liveliness token went: a few periods, in which one may be lost without harm."""
 
 
 class Teamwork:
@@ -28,6 +31,7 @@ class Teamwork:
         self._rooms = rooms
         self._roles = {vehicle.name: vehicle.role for vehicle in rooms.mission.vehicles}
         self._silent: set[str] = set()
+        self._roster = Roster(rooms.team.post)
 
     def evader_state(self) -> SharedState | None:
         """Newest state of the mission's evader, where it is a vehicle of this fleet and was heard."""
@@ -78,12 +82,14 @@ class Teamwork:
 
     def note_silence(self, now_s: float) -> None:
         """An event when a vehicle that was heard falls silent, and when it is heard again."""
-        limit_s = self._rooms.profile.safety.team_state_age_max_s
+        for name in self._roster.poll():
+            self._rooms.journal.event("warning", "network", f"{name} is on the fleet's network and not of the mission", peer=name)
         for name, peer in self._rooms.team.peers.items():
             state = peer.state
             if state is None or state.phase == "done":
                 continue
             age_s = now_s - state.t_s
+            limit_s = LEFT_AGE_MAX_S if name in self._roster.left else self._rooms.profile.safety.team_state_age_max_s
             if age_s > limit_s and name not in self._silent:
                 self._silent.add(name)
                 self._rooms.journal.event("warning", "teammate_lost", f"{name} silent for {age_s:.1f} s", peer=name)

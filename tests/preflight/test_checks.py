@@ -85,6 +85,7 @@ NOT_READY = {
     "another mission file": (with_teammate(mission_digest="xyz"), "mission-file", Level.FAILED),
     "clock ahead": (with_teammate(clock_ahead_s=0.4), "clock", Level.FAILED),
     "clock behind": (with_teammate(clock_ahead_s=-2.0), "clock", Level.FAILED),
+    "clock corrected, a day off": (with_teammate(clock_ahead_s=-0.002, clock_measured_s=86_400.0), "clock", Level.WARNING),
     "clock free": (good_facts(computer=ComputerFacts(10**11, ("performance",), False)), "clock", Level.WARNING),
     "disk full": (good_facts(computer=ComputerFacts(10**6, ("performance",), True)), "disk", Level.FAILED),
     "disk nearly full": (good_facts(computer=ComputerFacts(10**9, ("performance",), True)), "disk", Level.WARNING),

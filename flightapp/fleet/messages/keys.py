@@ -4,6 +4,8 @@
 |----------|--------------------------|--------------------------------|----------------------------------------------------|
 | state    | the vehicle, publication | 20 Hz (`state_rate_hz`)        | motion, phase, outcome                             |
 | intent   | the vehicle, publication | on change and 2 Hz             | mode, goal, arrival time, guards, mission's digest |
+| sighting | the vehicle, publication | when its camera sees the target | where the target was seen, and how well           |
+| discs    | the vehicle, publication | a few times a second           | obstacles that others may meet, 12 at most         |
 | alive    | the vehicle, liveliness  | while its session lives        | token without content                              |
 | clock    | the vehicle, queryable   | asked by others, once a second | fleet time of the vehicle that answers             |
 | command  | the vehicle, queryable   | asked by operators             | operator's wish; the reply acknowledges it         |

@@ -87,7 +87,7 @@ class VirtualFleet:
     def __init__(self, mission: Mission, event_loop: VirtualEventLoop, watch: Watch | None) -> None:
         self.mission = mission
         self.clock = VirtualClock(event_loop)
-        self.network = VirtualNetwork(event_loop.call_later)
+        self.network = VirtualNetwork(event_loop.call_later, event_loop.time)
         self.vehicles: dict[str, VirtualVehicle] = {}
         self.world = World(mission.obstacles)
         self._event_loop = event_loop

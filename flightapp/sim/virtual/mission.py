@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -63,13 +63,15 @@ def fly_virtual(
     time_limit_s: float = TIME_LIMIT_S,
     rendered: bool = False,
     flown: Collection[str] | None = None,
+    clock_ahead_s: Mapping[str, float] | None = None,
     open_file: OpenFile = create_file,
 ) -> VirtualFleet:
     """Fly `mission_path` to its end. Recordings go to `run`, which must exist.
 
     faults: script of each vehicle's autopilot. watch: called after every step. strategies: planners in place of the mission's.
     rendered: obstacles come from depth pictures through perception, not from the mission.
-    flown: only these vehicles; the others' states are for `watch` to publish. open_file: the recorders' disk.
+    flown: only these vehicles; the others' states are for `watch` to publish.
+    open_file: the recorders' disk. clock_ahead_s: of vehicles' computers.
     """
     mission, profile = load_mission(mission_path), load_profile(profile_path)
     profile = profile if change_profile is None else change_profile(profile)
@@ -81,7 +83,9 @@ def fly_virtual(
         for index, vehicle in enumerate(mission.vehicles):
             if flown is None or vehicle.name in flown:
                 script = (faults or {}).get(vehicle.name, FaultScript())
-                fleet.vehicles[vehicle.name] = builder.build(index, vehicle, script, (strategies or {}).get(vehicle.name))
+                one = builder.build(index, vehicle, script, (strategies or {}).get(vehicle.name))
+                one.clock.offset_s = (clock_ahead_s or {}).get(vehicle.name, 0.0)
+                fleet.vehicles[vehicle.name] = one
         await _until_over(fleet, time_limit_s)
         return fleet
 

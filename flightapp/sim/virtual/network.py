@@ -16,6 +16,7 @@ import zenoh
 from flightapp.fleet.messages.command import Acknowledgement, Command, decode_acknowledgement, encode_command
 from flightapp.fleet.messages.keys import command_key
 
+LEASE_S = 1.5
 WAITING_MAX = 64
 """Messages that wait for one reader; a real ring's capacity cannot be read, inlets keep as many as they want."""
 
@@ -67,11 +68,70 @@ class _Query:
         return None
 
 
-class VirtualNetwork:
-    """The ether. `call_later(delay_s, action)` is the event loop's."""
+@dataclass(frozen=True, slots=True)
+class _Reply:
+    ok: _Sample | None
 
-    def __init__(self, call_later: Callable[[float, Callable[[], None]], object], latency_s: float = 0.005) -> None:
+
+@dataclass(slots=True)
+class _Question:
+    """One that is answered at once by a function, as on Zenoh's own threads."""
+
+    key_expr: str
+    reply_with: Callable[[bytes], None]
+    payload: _Payload | None = None
+
+    def reply(self, _key: str, payload: bytes) -> None:
+        self.reply_with(payload)
+
+    def __enter__(self) -> _Question:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class _TokenNews:
+    key_expr: str
+    kind: zenoh.SampleKind
+
+
+class _Tokens:
+    """The liveliness tokens as one vehicle sees them: those of vehicles that are cut off go after a lease."""
+
+    def __init__(self, network: VirtualNetwork, owner: str) -> None:
+        self._network, self._owner = network, owner
+        self._seen: set[str] = set()
+
+    @property
+    def handler(self) -> _Tokens:
+        return self
+
+    def try_recv(self) -> _TokenNews | None:
+        for key in sorted(self._network.tokens):
+            reachable = self._network.is_reachable(self._owner, self._network.tokens[key])
+            if reachable != (key in self._seen):
+                self._seen ^= {key}
+                return _TokenNews(key, zenoh.SampleKind.PUT if reachable else zenoh.SampleKind.DELETE)
+        return None
+
+
+class VirtualNetwork:
+    """The ether. `call_later(delay_s, action)` and `time()` are the event loop's."""
+
+    def __init__(
+        self,
+        call_later: Callable[[float, Callable[[], None]], object],
+        time: Callable[[], float],
+        latency_s: float = 0.005,
+    ) -> None:
         self._call_later = call_later
+        self._time = time
+        self.tokens: dict[str, str] = {}
+        """Liveliness tokens and who declared them."""
+        self._answering: dict[str, tuple[str, Callable[[Any], None]]] = {}
+        self._reached_s: dict[tuple[str, str], float] = {}
         self._latency_s = latency_s
         self._subscribers: dict[str, list[_Endpoint]] = {}
         self._queryables: dict[str, _Endpoint] = {}
@@ -98,6 +158,32 @@ class VirtualNetwork:
 
     def answer(self, key: str, endpoint: _Endpoint) -> None:
         self._queryables[key] = endpoint
+
+    def answer_at_once(self, key: str, owner: str, answer: Callable[[Any], None]) -> None:
+        self._answering[key] = owner, answer
+
+    def ask(self, asker: str, key: str, take: Callable[[_Reply], None]) -> None:
+        """Ask whoever answers at once on `key`; the way there and the way back take the latency each."""
+        owner, answer = self._answering.get(key, ("", None))
+        if answer is None or asker in self.cut_off:
+            return
+
+        def back(content: bytes) -> None:
+            if not {asker, owner} & self.cut_off:
+                self._call_later(self._latency_s, lambda: take(_Reply(_Sample(_Payload(content)))))
+
+        def arrive() -> None:
+            if owner not in self.cut_off:
+                answer(_Question(key, back))
+
+        self._call_later(self._latency_s, arrive)
+
+    def is_reachable(self, one: str, other: str) -> bool:
+        """Whether `one` still holds `other` for connected: until a lease after it was last reached."""
+        now_s, pair = self._time(), (one, other)
+        if not {one, other} & self.cut_off:
+            self._reached_s[pair] = now_s
+        return now_s - self._reached_s.get(pair, -LEASE_S) < LEASE_S
 
     def deliver(self, endpoint: _Endpoint | None, item: object, sender: str) -> None:
         if endpoint is None or sender in self.cut_off:
@@ -132,7 +218,27 @@ class _Session:
         self._network.subscribe(key, endpoint)
         return endpoint
 
-    def declare_queryable(self, key: str, _handler: object) -> _Endpoint:
+    def declare_queryable(self, key: str, handler: object) -> _Endpoint | None:
+        if callable(handler):
+            self._network.answer_at_once(key, self._owner, handler)
+            return None
         endpoint = _Endpoint(self._owner, _Mailbox(deque(maxlen=16)))
         self._network.answer(key, endpoint)
         return endpoint
+
+    def get(self, key: str, take: Callable[[_Reply], None], **_: object) -> None:
+        self._network.ask(self._owner, key, take)
+
+    def liveliness(self) -> _Liveliness:
+        return _Liveliness(self._network, self._owner)
+
+
+class _Liveliness:
+    def __init__(self, network: VirtualNetwork, owner: str) -> None:
+        self._network, self._owner = network, owner
+
+    def declare_token(self, key: str) -> None:
+        self._network.tokens[key] = self._owner
+
+    def declare_subscriber(self, _key: str, _handler: object, **_: object) -> _Tokens:
+        return _Tokens(self._network, self._owner)

@@ -42,3 +42,19 @@ def test_the_demo_mission_is_captured_and_everybody_is_home(tmp_path: Path) -> N
         assert one.outcome is Outcome.CAPTURED, one.error
         assert not one.is_flying
         assert one.recorder.dropped == 0
+
+
+def test_a_fleet_whose_clocks_differ_by_much_flies_as_one(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    run.mkdir()
+    ahead_s = {"p1": 0.4, "p2": 0.0, "e1": 30.0}
+    fleet = fly_virtual(ROOT / "missions/demo_two_pursuers.toml", SIM, run, seed=1, clock_ahead_s=ahead_s)
+    for name, one in fleet.vehicles.items():
+        assert one.outcome is Outcome.CAPTURED, one.error
+        for other, peer in one.rooms.team.peers.items():
+            assert peer.rejected == 0
+            assert abs(one.rooms.team.post.clock_ahead_s[other] - (ahead_s[other] - ahead_s[name])) < 1e-6
+        recorded = read_recording(run / f"{name}.mcap").metadata["clock_offsets"]
+        assert {other: round(float(value), 3) for other, value in recorded.items()} == {
+            other: round(ahead_s[other] - ahead_s[name], 3) for other in ahead_s if other != name
+        }
