@@ -45,7 +45,7 @@ class Simulation:
 
     def processes(self) -> list[psutil.Process]:
         """Everything on this machine that works for this run, the launcher excepted."""
-        return [process for process in psutil.process_iter() if process.pid != self.process.pid and self._belongs(process)]
+        return [process for process in processes_of(self.run) if process.pid != self.process.pid]
 
     def vehicle_process(self, vehicle: str) -> psutil.Process:
         """The process that flies `vehicle` (not its deadman)."""
@@ -66,11 +66,17 @@ class Simulation:
         """Ctrl-C."""
         self.process.send_signal(signal.SIGINT)
 
-    def _belongs(self, process: psutil.Process) -> bool:
+
+def processes_of(run: Path) -> list[psutil.Process]:
+    """Everything on this machine that works for the run in this folder."""
+
+    def belongs(process: psutil.Process) -> bool:
         try:
-            return any(str(self.run) in part for part in process.cmdline())
+            return any(str(run) in part for part in process.cmdline())
         except (psutil.NoSuchProcess, psutil.AccessDenied):
             return False
+
+    return [process for process in psutil.process_iter() if belongs(process)]
 
 
 @contextmanager

@@ -1,6 +1,11 @@
-"""The demo, flown once as `make run` flies it; everything asserted comes from its own recordings."""
+"""The demo, flown once as `make run` flies it; everything asserted comes from its own recordings.
 
-from collections.abc import Iterator
+Where `make run` has just flown it into a folder, FLIGHTAPP_FLOWN_DEMO names that folder and it is not flown again.
+"""
+
+import json
+import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +15,7 @@ import pytest
 from flightapp.config.mission import load_mission
 from flightapp.recording.health import check_rates
 from flightapp.recording.reader import read_recording
-from tests.scenarios.simulation import DEMO, Simulation, simulation
+from tests.scenarios.simulation import DEMO, processes_of, simulation
 
 VEHICLES = ("p1", "p2", "e1")
 CPU_BUDGET_CORES = 0.6
@@ -19,52 +24,61 @@ MEMORY_BUDGET_MB = 450.0
 """Resident memory of one vehicle process; measured 240-260."""
 
 
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """One demo, over."""
+
+    run: Path
+    summary: dict[str, Any]
+
+
 @pytest.fixture(scope="module")
-def flown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Simulation, dict[str, Any], int]]:
-    with simulation(tmp_path_factory.mktemp("demo")) as demo:
-        status = demo.process.wait(timeout=240)
-        left = demo.processes()
-        assert left == [], f"left behind: {left}"
-        yield demo, demo.summary(), status
+def flown(tmp_path_factory: pytest.TempPathFactory) -> Flown:
+    given = os.environ.get("FLIGHTAPP_FLOWN_DEMO")
+    run = Path(given) if given else fly_demo(tmp_path_factory.mktemp("demo"))
+    assert processes_of(run) == [], "left behind"
+    return Flown(run, json.loads((run / "summary.json").read_text()))
 
 
-Flown = tuple[Simulation, dict[str, Any], int]
+def fly_demo(folder: Path) -> Path:
+    with simulation(folder) as demo:
+        assert demo.process.wait(timeout=240) == 0, demo.said()
+        assert demo.processes() == [], "left behind"
+        assert demo.summary() == json.loads((demo.run / "summary.json").read_text())
+        return demo.run
 
 
 def test_the_evader_is_captured(flown: Flown) -> None:
-    demo, summary, status = flown
-    assert status == 0, demo.said()
-    assert summary["outcome"] == "captured"
-    assert 0.0 < summary["capture_time_s"] < 90.0
+    assert json.loads((flown.run / "run.json").read_text())["exit_status"] == dict.fromkeys(VEHICLES, 0)
+    assert flown.summary["outcome"] == "captured"
+    assert 0.0 < flown.summary["capture_time_s"] < 90.0
 
 
 def test_nobody_touches_anything(flown: Flown) -> None:
-    _, summary, _ = flown
+    summary = flown.summary
     assert summary["min_obstacle_clearance_m"] > 0.0
     assert summary["min_separation_m"] > 1.0
     assert summary["boundary_distance_m"] > 0.0
 
 
 def test_setpoints_flow_without_a_gap(flown: Flown) -> None:
-    _, summary, _ = flown
+    summary = flown.summary
     assert summary["setpoint_rate_hz"] >= 20.0
     assert summary["setpoint_gap_max_ms"] <= 200.0
     assert summary["dropped"] == 0
 
 
 def test_every_channel_keeps_its_promised_rate(flown: Flown) -> None:
-    demo, _, _ = flown
     mission = load_mission(DEMO)
     for name in VEHICLES:
-        findings = check_rates(read_recording(demo.run / f"{name}.mcap"), mission.vehicle(name))
+        findings = check_rates(read_recording(flown.run / f"{name}.mcap"), mission.vehicle(name))
         assert findings, f"{name}: nothing was promised"
         assert [str(finding) for finding in findings if not finding.good] == []
 
 
 def test_the_vehicle_process_stays_within_its_budget(flown: Flown) -> None:
-    demo, _, _ = flown
     for name in VEHICLES:
-        health = read_recording(demo.run / f"{name}.mcap").topic("/health")
+        health = read_recording(flown.run / f"{name}.mcap").topic("/health")
         flying = health.column("cpu_fraction")[2:]  # the first samples still see the imports
         assert len(flying) > 10
         assert flying.mean() < CPU_BUDGET_CORES
@@ -74,9 +88,8 @@ def test_the_vehicle_process_stays_within_its_budget(flown: Flown) -> None:
 
 
 def test_pursuers_knew_the_obstacles_only_through_their_cameras(flown: Flown) -> None:
-    demo, _, _ = flown
     for name in ("p1", "p2"):
-        obstacles = read_recording(demo.run / f"{name}.mcap").topic("/obstacles")
+        obstacles = read_recording(flown.run / f"{name}.mcap").topic("/obstacles")
         frames = obstacles.column("frame_number")
         assert len(frames) > 100
         assert (np.diff(frames) > 0).all()
@@ -84,9 +97,8 @@ def test_pursuers_knew_the_obstacles_only_through_their_cameras(flown: Flown) ->
 
 
 def test_every_vehicle_is_back_home_on_the_ground(flown: Flown) -> None:
-    demo, _, _ = flown
     mission = load_mission(DEMO)
-    truth = read_recording(demo.run / "truth.mcap").topic("/truth").messages
+    truth = read_recording(flown.run / "truth.mcap").topic("/truth").messages
     for vehicle in mission.vehicles:
         last = [message for message in truth if message["vehicle"] == vehicle.name][-1]
         assert last["on_ground"]
@@ -96,16 +108,16 @@ def test_every_vehicle_is_back_home_on_the_ground(flown: Flown) -> None:
 
 
 def test_report_and_inputs_lie_beside_the_recordings(flown: Flown) -> None:
-    demo, summary, _ = flown
-    page = (demo.run / "report.html").read_text()
+    summary = flown.summary
+    page = (flown.run / "report.html").read_text()
     assert "captured" in page
-    assert (demo.run / "mission.toml").read_bytes() == DEMO.read_bytes()
+    assert (flown.run / "mission.toml").read_bytes() == DEMO.read_bytes()
     assert {entry["file"] for entry in summary["recordings"]} >= {f"{name}.mcap" for name in VEHICLES}
     assert all(entry["complete"] for entry in summary["recordings"])
 
 
 def test_no_figure_of_the_issue_is_missing(flown: Flown) -> None:
-    _, summary, _ = flown
+    summary = flown.summary
     for name in ("capture_time_s", "path_length_m", "mean_jerk_m_s3", "min_obstacle_clearance_m", "min_separation_m"):
         assert isinstance(summary[name], float), name
     for stage in ("coarse", "fine"):
@@ -115,7 +127,6 @@ def test_no_figure_of_the_issue_is_missing(flown: Flown) -> None:
 
 
 def test_the_run_folder_holds_nothing_half_written(flown: Flown) -> None:
-    demo, _, _ = flown
     assert [
-        path for path in Path(demo.run).iterdir() if path.suffix == ".tmp" or (path.stat().st_size == 0 and path.suffix != ".log")
+        path for path in flown.run.iterdir() if path.suffix == ".tmp" or (path.stat().st_size == 0 and path.suffix != ".log")
     ] == []
