@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal
 
@@ -69,11 +70,24 @@ def _is_host_and_port(address: str) -> bool:
     return bool(host) and port.isdigit() and 0 < int(port) < 65536
 
 
+SECURE_PROTOCOLS = ("quic", "tls")
+
+
 def check_endpoint(endpoint: str) -> None:
     """ValueError unless `endpoint` reads PROTOCOL/HOST:PORT."""
     protocol, _, address = endpoint.partition("/")
     if protocol not in ("udp", "tcp", "tls", "quic") or not _is_host_and_port(address):
-        raise ValueError(f"'{endpoint}' is not an endpoint; write udp/HOST:PORT or tcp/HOST:PORT")
+        raise ValueError(f"'{endpoint}' is not an endpoint; write udp/HOST:PORT, or quic/HOST:PORT in a fleet with certificates")
+
+
+def check_endpoints_are_secure(endpoints: Iterable[str], certificates: Path | None) -> None:
+    """ValueError where an endpoint cannot show certificates that there are, or needs some that there are not."""
+    for endpoint in endpoints:
+        protocol, _, address = endpoint.partition("/")
+        if certificates is not None and protocol not in SECURE_PROTOCOLS:
+            raise ValueError(f"'{endpoint}' cannot carry certificates; write quic/{address}")
+        if certificates is None and protocol in SECURE_PROTOCOLS:
+            raise ValueError(f"'{endpoint}' needs certificates; make them with 'flightapp keys' and name their folder")
 
 
 class Network(Strict):
@@ -81,6 +95,10 @@ class Network(Strict):
 
     listen_endpoints: tuple[str, ...] = ("udp/0.0.0.0:7447",)
     connect_endpoints: tuple[str, ...] = ()
+    certificates: Path | None = None
+    """This vehicle's folder from `flightapp keys`: TLS with mutual authentication. Without it anybody on the network may join."""
+    access_control: bool = True
+    """With certificates: every vehicle writes under its own name only, and only an operator commands."""
     state_rate_hz: float = Field(default=20.0, ge=1, le=50)
 
     @field_validator("listen_endpoints", "connect_endpoints")
@@ -89,6 +107,15 @@ class Network(Strict):
         for endpoint in endpoints:
             check_endpoint(endpoint)
         return endpoints
+
+    @model_validator(mode="after")
+    def _links_and_certificates_fit(self) -> Network:
+        for name in ("listen_endpoints", "connect_endpoints"):
+            try:
+                check_endpoints_are_secure(getattr(self, name), self.certificates)
+            except ValueError as error:
+                raise ValueError(f"{name}: {error}") from None
+        return self
 
 
 class Mounting(Strict):

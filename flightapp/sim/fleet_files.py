@@ -33,10 +33,12 @@ class VehicleFiles:
     camera: Path
     profile: Path
     """The profile as this vehicle flies it, written into the run folder."""
+    certificates: Path | None = None
+    """Its folder of `flightapp keys`."""
 
     @property
     def fleet_endpoint(self) -> str:
-        return f"udp/{HOST}:{self.fleet_port}"
+        return f"{'udp' if self.certificates is None else 'quic'}/{HOST}:{self.fleet_port}"
 
 
 def shared_folder() -> Path:
@@ -88,8 +90,13 @@ class ReservedPorts:
         return True
 
 
-def prepare(mission: Mission, profile: Profile, run: Path, shared: Path, ports: Sequence[int]) -> list[VehicleFiles]:
-    """Write each vehicle's profile: the given one with the links of this run filled in. Takes two ports a vehicle."""
+def prepare(
+    mission: Mission, profile: Profile, run: Path, shared: Path, ports: Sequence[int], keys: Path | None = None
+) -> list[VehicleFiles]:
+    """Write each vehicle's profile: the given one with the links of this run filled in. Takes two ports a vehicle.
+
+    keys: folder of `flightapp keys` for this mission's vehicles; None: an open fleet.
+    """
     files = [
         VehicleFiles(
             vehicle,
@@ -98,6 +105,7 @@ def prepare(mission: Mission, profile: Profile, run: Path, shared: Path, ports: 
             shared / f"{vehicle.name}.truth",
             shared / f"{vehicle.name}.depth",
             run / f"profile-{vehicle.name}.toml",
+            None if keys is None else (keys / vehicle.name).resolve(),
         )
         for index, vehicle in enumerate(mission.vehicles)
     ]
@@ -112,6 +120,9 @@ def _resolved(profile: Profile, own: VehicleFiles, others: list[str]) -> dict[st
     tables["autopilot"]["connection_url"] = f"udpin://{HOST}:{own.mavlink_port}"
     tables["network"]["listen_endpoints"] = [own.fleet_endpoint]
     tables["network"]["connect_endpoints"] = others
+    tables["network"].pop("certificates", None)
+    if own.certificates is not None:
+        tables["network"]["certificates"] = str(own.certificates)
     tables["camera"]["source"] = "shared-memory" if own.vehicle.camera else "none"
     tables["camera"]["path"] = str(own.camera)
     return dict(tables)

@@ -15,6 +15,7 @@ from flightapp.runtime.composition import build_strategy
 from flightapp.runtime.inputs import check_inputs
 from flightapp.runtime.outcome import EXIT_STATUS, Outcome
 from flightapp.sim.fault_script import load_fault_script
+from flightapp.sim.fleet_keys import fleet_keys
 from flightapp.sim.launcher import Launcher
 from flightapp.sim.progress import Progress
 
@@ -48,8 +49,19 @@ class SimulationResult:
         return "\n".join(lines)
 
 
-async def simulate(mission_path: Path, profile_path: Path, seed: int, folder: Path | None) -> SimulationResult:
-    """Check every input, fly, analyse. InputError before anything was started."""
+async def simulate(
+    mission_path: Path,
+    profile_path: Path,
+    seed: int,
+    folder: Path | None,
+    *,
+    certificates: Path | None = None,
+    secure: bool = False,
+) -> SimulationResult:
+    """Check every input, fly, analyse. InputError before anything was started.
+
+    certificates: folder of `flightapp keys` with which the fleet talks; secure without it: temporary ones.
+    """
     mission, profile = load_mission(mission_path), load_profile(profile_path)
     for vehicle in mission.vehicles:
         check_inputs(mission, profile, mission_path, profile_path, vehicle.name)
@@ -59,9 +71,10 @@ async def simulate(mission_path: Path, profile_path: Path, seed: int, folder: Pa
             load_fault_script(mission_path.parent / script)
         except InputError as error:
             raise InputError(f"{mission_path}: simulation.faults.{name}: {error}") from None
-    run = given_run_folder(folder) if folder is not None else create_run_folder(profile.recording.folder, mission.name)
-    with Progress(mission.name) as progress:
-        statuses = await Launcher(mission, profile, mission_path, run, seed, progress).run()
+    with fleet_keys(mission, certificates, temporary=secure) as keys:
+        run = given_run_folder(folder) if folder is not None else create_run_folder(profile.recording.folder, mission.name)
+        with Progress(mission.name) as progress:
+            statuses = await Launcher(mission, profile, mission_path, run, seed, progress, keys).run()
     summary, page = report([run])
     failed = {name: status for name, status in statuses.items() if status not in (0, 1)}
     faults = tuple(f"fault: {name}: vehicle process ended with status {status}" for name, status in failed.items())
