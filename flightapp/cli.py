@@ -39,6 +39,10 @@ def sim(
     seed: Seed = 0,
     as_json: Json = False,
     run: Annotated[Path | None, typer.Option("--run", help="Folder for this run; default runs/TIME-MISSION.")] = None,
+    certificates: Annotated[
+        Path | None, typer.Option("--certificates", help="Folder of flightapp keys; fleet talks TLS.")
+    ] = None,
+    secure: Annotated[bool, typer.Option("--secure", help="As --certificates, with keys only for this run.")] = False,
 ) -> None:
     """Fly a whole mission on this machine: real MAVLink, Zenoh, depth frames, recordings.
 
@@ -48,7 +52,7 @@ def sim(
     """
     from flightapp.sim.session import simulate
 
-    result = asyncio.run(simulate(mission, profile, seed, run))
+    result = asyncio.run(simulate(mission, profile, seed, run, certificates=certificates, secure=secure))
     if as_json:
         print(json.dumps(result.summary, indent=2))
     else:
@@ -142,6 +146,7 @@ def command(
     vehicle: Annotated[str | None, typer.Option("--vehicle", help="Only this vehicle.")] = None,
     timeout_s: Annotated[float, typer.Option("--timeout", min=0.1, help="Seconds to wait for an answer.")] = 3.0,
     record: Annotated[Path, typer.Option("--record", help="File that keeps who asked what.")] = Path("runs/commands.jsonl"),
+    certificates: Annotated[Path | None, typer.Option("--certificates", help="The operator's folder of flightapp keys.")] = None,
     as_json: Json = False,
 ) -> None:
     """Command the fleet; each vehicle's answer is shown as it comes. Exit status 3 when one did not accept or answer.
@@ -159,11 +164,40 @@ def command(
             took = "" if answer.round_trip_s is None else f" ({answer.round_trip_s * 1e3:.0f} ms)"
             print(f"{answer.vehicle}: {verdict}, {answer.text}{took}", flush=True)
 
-    wish = Wish(action, vehicle, connect, timeout_s, record)
+    wish = Wish(action, vehicle, connect, timeout_s, record, certificates)
     answers = asyncio.run(send_command(load_mission(mission), wish, show))
     if as_json:
         print(json.dumps([for_machines(answer) for answer in answers], indent=2))
     raise typer.Exit(0 if all(answer.accepted for answer in answers) else 3)
+
+
+@app.command()
+def keys(
+    folder: Annotated[Path, typer.Argument(help="Folder for the keys; what is there is never overwritten.")],
+    mission: Annotated[Path, typer.Option("--mission", help="Mission whose fleet and vehicles get certificates.")],
+    address: Annotated[
+        list[str] | None, typer.Option("--address", help="NAME=HOST under which others connect to a vehicle; repeatable.")
+    ] = None,
+    days: Annotated[float, typer.Option("--days", min=0.1, max=365, help="Validity.")] = 14.0,
+    as_json: Json = False,
+) -> None:
+    """Make a certificate authority, and a certificate for each vehicle and the operator, for a field day.
+
+    A second run adds vehicles that the mission has since got. For another day make new keys in a new folder.
+
+    Example: flightapp keys keys/today --mission missions/demo_two_pursuers.toml --address p1=10.0.0.1 --address p2=10.0.0.2
+    --address e1=10.0.0.3
+    """
+    from flightapp.config.mission import load_mission
+    from flightapp.core.clock import SystemClock
+    from flightapp.fleet.security import table
+    from flightapp.fleet.security.keys import KeyWish, make_keys, parse_hosts
+
+    loaded = load_mission(mission)
+    names = tuple(vehicle.name for vehicle in loaded.vehicles)
+    wish = KeyWish(folder, loaded.fleet, names, parse_hosts(address or []), days)
+    handed = make_keys(wish, SystemClock().now_s())
+    print(json.dumps(table.as_json(wish, handed), indent=2) if as_json else table.as_text(wish, handed))
 
 
 @fence.command("export")
