@@ -313,7 +313,9 @@ class _SpeedByDefault(_WithDefault):
     default = "speed"
 
 
-bench_app = typer.Typer(cls=_SpeedByDefault, help="Measure speed (the default) or perception.", rich_markup_mode=None)
+bench_app = typer.Typer(
+    cls=_SpeedByDefault, help="Measure speed (the default), perception or the target filter.", rich_markup_mode=None
+)
 app.add_typer(bench_app, name="bench")
 
 
@@ -364,6 +366,30 @@ def perception(
         print(json.dumps(result, indent=2))
     else:
         print_perception(result)
+
+
+@bench_app.command()
+def tracking(
+    tracks: Annotated[
+        list[Path], typer.Argument(help="Recorded flights: lines timestamp,x,y,z,... in s and m, z up, one header.")
+    ],
+    seed: Seed = 0,
+    slowed: Annotated[float, typer.Option("--slowed", min=0.1, max=20.0, help="Flown so many times slower.")] = 1.0,
+    as_json: Json = False,
+) -> None:
+    """Hold the target filter against recorded flights, with loss, delay, sighting noise and occlusions, and measure its cost.
+
+    Beside it stands the constant-velocity filter. Racing drones are the hardest evaders; --slowed 3 is nearer to a field test.
+
+    Example: flightapp bench tracking tests/estimation/data/fpv_race_10hz.csv
+    """
+    from flightapp.bench.tracking import print_tracking, run_tracking
+
+    result = run_tracking(tracks, seed, slowed)
+    if as_json:
+        print(json.dumps(result, indent=2))
+    else:
+        print_tracking(result)
 
 
 Scenario = Annotated[Path, typer.Argument(help="Scenario file.")]

@@ -24,6 +24,7 @@ WHOLE = (
     "perception.tracking.tracker",
     "perception.extraction.extractor",
     "flightapp.planning.evasion.avoidance",
+    "flightapp.estimation.target_filter",
     "flightapp.safety.supervisor",
     "flightapp.planning.evasion.voronoi_cell",
 )

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flightapp.estimation.target_filter import TargetFilter, TargetFilterParameters
+from flightapp.estimation.measurement import seen, told
+from flightapp.estimation.target_filter import MotionModel, TargetFilter, TargetFilterParameters
 
 coordinate = st.floats(-60, 60)
 anything = st.floats(allow_nan=True, allow_infinity=True)
@@ -100,7 +101,7 @@ def test_a_gap_is_bridged_with_growing_uncertainty_and_age() -> None:
 def test_errors_are_as_large_as_the_covariance_says() -> None:
     """NEES over simulated motion with the filter's own model: mean within the 99.9 % band about 6."""
     rng, density, dt = np.random.default_rng(7), 0.5, 0.1
-    parameters = TargetFilterParameters(acceleration_density_m2_s3=density)
+    parameters = TargetFilterParameters(models=(MotionModel(is_turn=False, acceleration_density_m2_s3=density, probability=1.0),))
     noise = np.linalg.cholesky(density * np.kron(np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]]), np.eye(3)))
     scores = []
     for _ in range(60):
@@ -160,3 +161,108 @@ def test_after_a_long_gap_the_filter_starts_anew() -> None:
     assert track is not None
     assert track.position_ned_m.tolist() == [1.0, 0.0, 0.0]
     assert track.velocity_ned_m_s.tolist() == [0.0, 0.0, 0.0]
+
+
+def test_a_turn_is_followed_around_where_one_straight_model_flies_on() -> None:
+    """4 m/s around a circle of 4 m, then nothing for a second: a quarter of the circle ahead."""
+
+    def at(t_s: float) -> np.ndarray:
+        return np.array([4.0 * math.sin(t_s), 4.0 - 4.0 * math.cos(t_s), -5.0])
+
+    def error_m(target: TargetFilter) -> float:
+        random = np.random.default_rng(3)
+        for step in range(61):
+            t_s = 0.05 * step
+            velocity = np.array([4.0 * math.cos(t_s), 4.0 * math.sin(t_s), 0.0]) + 0.2 * random.standard_normal(3)
+            assert target.update(t_s, at(t_s) + 0.1 * random.standard_normal(3), velocity, 0.1, 0.2)
+        track = target.predict(4.0)
+        assert track is not None
+        return float(np.linalg.norm(track.position_ned_m - at(4.0)))
+
+    straight = error_m(TargetFilter(TargetFilterParameters(models=(MotionModel(False, 2.0, 1.0),))))
+    assert straight > 1.5
+    assert error_m(TargetFilter()) < 0.8 * straight
+
+
+def _followed(until_s: float = 2.0) -> TargetFilter:
+    target = TargetFilter()
+    for step in range(round(until_s * 20) + 1):
+        position, velocity = _truth(0.05 * step)
+        target.update(0.05 * step, position, velocity, 0.1, 0.2)
+    return target
+
+
+def test_what_a_camera_sees_corrects_a_track_but_never_starts_one() -> None:
+    target = TargetFilter()
+    sighting = seen(0.0, 50.0, -5.0, 0.3, 0.2, 0.1)
+    assert sighting is not None
+    fit = target.take(sighting)
+    assert fit is not None
+    assert not fit.is_used
+    assert target.predict(1.0) is None
+    target = _followed()
+    position, _ = _truth(2.5)
+    sighting = seen(2.5, float(position[0]), float(position[1]), 0.3, 0.2, 0.1)
+    assert sighting is not None
+    fit = target.take(sighting)
+    assert fit is not None
+    assert fit.is_used
+    track = target.predict(2.5)
+    assert track is not None
+    assert track.age_s == 0.0
+    assert track.covariance[2, 2] > track.covariance[0, 0]  # height is not measured
+
+
+def test_cameras_alone_hold_the_track_after_the_evader_falls_silent() -> None:
+    target, random = _followed(), np.random.default_rng(5)
+    for step in range(1, 80):
+        position, _ = _truth(2.0 + 0.1 * step)
+        noisy = position + 0.1 * random.standard_normal(3)
+        sighting = seen(2.0 + 0.1 * step, float(noisy[0]), float(noisy[1]), 0.5, 0.2, 0.1)
+        assert sighting is not None
+        target.take(sighting)
+    track = target.predict(9.9)
+    assert track is not None
+    assert np.linalg.norm((track.position_ned_m - _truth(9.9)[0])[:2]) < 0.3
+    assert track.age_s < 0.15
+
+
+@pytest.mark.parametrize(("aside_m", "silent_s"), [(3.0, 0.1), (0.0, 4.0)])
+def test_what_may_be_something_else_is_left_out(aside_m: float, silent_s: float) -> None:
+    """A tree beside the evader's way; and anything at all once nobody knows where the evader is."""
+    target = _followed()
+    position, _ = _truth(2.0 + silent_s)
+    for repeat in range(10):
+        sighting = seen(2.0 + silent_s + 0.001 * repeat, float(position[0]), float(position[1]) + aside_m, 0.0, 0.2, 0.1)
+        assert sighting is not None
+        fit = target.take(sighting)
+        assert fit is not None
+        assert not fit.is_used
+    track = target.predict(2.1 + silent_s)
+    assert track is not None
+    assert track.age_s == pytest.approx(0.1 + silent_s)
+
+
+def test_a_track_that_a_camera_leads_astray_is_given_up_for_what_the_evader_says() -> None:
+    """Sightings that drift away with a wrong thing between the evader's own messages do not keep these out."""
+    target = _followed()
+    for step in range(1, 120):
+        t_s = 2.0 + 0.05 * step
+        position, velocity = _truth(t_s)
+        sighting = seen(t_s, float(position[0]), float(position[1]) + 0.08 * step, 0.0, 0.3, 0.3)
+        assert sighting is not None
+        target.take(sighting)
+        if step > 60:
+            target.update(t_s, position, velocity, 0.1, 0.2)
+    track = target.predict(8.0)
+    assert track is not None
+    assert np.linalg.norm(track.position_ned_m - _truth(8.0)[0]) < 0.5
+
+
+def test_one_update_never_works_on_more_than_the_ring() -> None:
+    target = TargetFilter(TargetFilterParameters(ring_length=10))
+    for step in range(500):
+        measurement = told(0.05 * step, *_truth(0.05 * step), 0.1, 0.2)
+        assert measurement is not None
+        target.take(measurement)
+        assert len(target._measurements) <= 10
