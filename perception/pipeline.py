@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from perception.extraction.extractor import Extractor
+from perception.extraction.extractor import Extraction, Extractor
+from perception.free_space import FreeSpaceMemory
 from perception.geometry import MountingLike
 from perception.parameters import PerceptionParameters
 from perception.sectors import WHOLE_CIRCLE, unseen_sectors
@@ -25,7 +26,8 @@ class PerceptionPipeline:
     band keeps the ground out, and it cannot tell whether the picture fits the mounting and the lens.
 
     What counts as unseen: bearings outside the picture; everything, if the frame or the pose is bad (extraction/faults.py) or
-    the frame contradicts the ground; and what no return proves to be in sight (extraction/blindness.py).
+    the frame contradicts the ground; and what no return proves to be in sight (extraction/blindness.py), unless it was seen to
+    be free a moment ago (free_space.py).
     """
 
     def __init__(
@@ -40,29 +42,47 @@ class PerceptionPipeline:
         self._parameters = parameters
         self._extractor = Extractor(parameters, mounting, range_min_m, range_max_m, ground_down_m)
         self._tracker = DiscTracker(parameters)
+        self._free_space = FreeSpaceMemory(parameters.free_memory_s)
 
     def reset(self) -> None:
         """Forget everything seen so far."""
         self._extractor.reset()
         self._tracker.clear()
+        self._free_space.clear()
 
     def process(self, frame: DepthFrame, pose: VehiclePose, exclude: NDArray[np.float64] = NO_EXCLUSION) -> PerceivedObstacles:
         """Obstacles at the frame's capture time.
 
         pose: of the vehicle at that time. exclude: (k, 3) north_m, east_m, radius_m of teammates and the target, which are not
-        obstacles. Returns at most `discs_max` discs, nearest first, with unknown heights (-inf, +inf).
+        obstacles; a row that is no circle leaves nothing out. Returns at most `discs_max` discs, nearest first, with unknown
+        heights (-inf, +inf).
         """
-        exclude = _usable(exclude)
+        exclude, is_usable = _usable(exclude)
         extraction = self._extractor.extract(frame, pose, exclude)
         tracked = self._tracker.update(frame.t_s, extraction.sighting, exclude)
-        unseen = WHOLE_CIRCLE.copy()
-        if extraction.sighting is not None:
-            view = extraction.sighting.view
-            unseen = unseen_sectors(view.seen, view.camera.heading_rad)
-        return self._obstacles(frame.t_s, tracked, pose, unseen, (extraction.event,) if extraction.event else ())
+        places = np.full((len(is_usable), 2), np.nan)
+        if len(exclude):
+            places[is_usable] = _without_standing(extraction.left_out, exclude, tracked.standing)
+        unseen = self._unseen(frame.t_s, extraction)
+        return self._obstacles(frame.t_s, tracked, pose, unseen, (extraction.event,) if extraction.event else (), places)
+
+    def _unseen(self, t_s: float, extraction: Extraction) -> NDArray[np.float64]:
+        """(k, 2) bearings that neither this frame saw nor those just before it, where this one shows nothing but perhaps sky."""
+        sighting = extraction.sighting
+        if sighting is None or extraction.silent is None:
+            return WHOLE_CIRCLE.copy()
+        free = self._free_space.free(t_s, sighting.view.camera, extraction.silent)
+        self._free_space.add(t_s, sighting.view)
+        return unseen_sectors(sighting.view.seen | free, sighting.view.camera.heading_rad)
 
     def _obstacles(
-        self, t_s: float, tracked: TrackedDiscs, pose: VehiclePose, unseen: NDArray[np.float64], events: tuple[str, ...]
+        self,
+        t_s: float,
+        tracked: TrackedDiscs,
+        pose: VehiclePose,
+        unseen: NDArray[np.float64],
+        events: tuple[str, ...],
+        left_out: NDArray[np.float64],
     ) -> PerceivedObstacles:
         """At most `discs_max` discs, nearest surface first, in ObstacleSet's columns."""
         discs = tracked.discs
@@ -72,12 +92,23 @@ class PerceptionPipeline:
         out = np.empty((len(nearest), 7))
         out[:, :5] = discs[nearest]
         out[:, 5], out[:, 6] = -math.inf, math.inf
-        return PerceivedObstacles(t_s, out, tracked.age_s[nearest], tracked.confidence[nearest], unseen, events)
+        return PerceivedObstacles(t_s, out, tracked.age_s[nearest], tracked.confidence[nearest], unseen, events, left_out)
 
 
-def _usable(exclude: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rows that are circles. Of anything else, nothing is left out of the obstacles."""
+def _usable(exclude: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """The rows that are circles, and which they are. Of anything else, nothing is left out of the obstacles."""
     rows = np.ascontiguousarray(exclude, np.float64)
-    if rows.ndim != 2 or rows.shape[1] != 3 or not len(rows):
-        return NO_EXCLUSION
-    return np.ascontiguousarray(rows[np.isfinite(rows).all(axis=1) & (rows[:, 2] > 0)])
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        return NO_EXCLUSION, np.zeros(0, np.bool_)
+    is_usable = np.isfinite(rows).all(axis=1) & (rows[:, 2] > 0)
+    return np.ascontiguousarray(rows[is_usable]), is_usable
+
+
+def _without_standing(
+    left_out: NDArray[np.float64], exclude: NDArray[np.float64], standing: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """`left_out` (k, 2), nan for circles in which something stood before: nobody can tell which of the two was seen."""
+    if len(standing):
+        away = np.hypot(exclude[:, None, 0] - standing[None, :, 0], exclude[:, None, 1] - standing[None, :, 1])
+        left_out[(away <= exclude[:, 2, None]).any(axis=1)] = np.nan
+    return left_out

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,8 @@ class PerceivedObstacles:
     age_s: (n,) since each disc was last seen. confidence: (n,) in [0, 1]: how sure it is that something is there.
     unseen: (k, 2) bearings [from, to) in rad clockwise from north as seen from the vehicle.
     events: what was wrong with the frame, one clear sentence each; empty for a good one.
+    left_out: (k, 2) north_m, east_m of the middle of the surface that was seen in each exclusion; nan where nothing was, or
+    not one whole thing alone, or where something stood before it was left out.
     """
 
     t_s: float
@@ -62,3 +64,4 @@ class PerceivedObstacles:
     confidence: NDArray[np.float64]
     unseen: NDArray[np.float64]
     events: tuple[str, ...] = ()
+    left_out: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))

@@ -13,6 +13,7 @@ from perception.extraction.blindness import EvidenceSurvey
 from perception.extraction.covering import Coverer
 from perception.extraction.faults import FaultFinder
 from perception.extraction.height_band import height_band
+from perception.extraction.left_out import left_out
 from perception.extraction.pixels import PixelCounter
 from perception.extraction.polar_grid import DistanceCells
 from perception.extraction.surfaces import SurfaceFinder
@@ -30,10 +31,17 @@ _BLIND_FRACTION = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Extraction:
-    """sighting: what the frame showed, None if it showed nothing. event: what was wrong with it, one sentence, or nothing."""
+    """sighting: what the frame showed, None if it showed nothing. event: what was wrong with it, one sentence, or nothing.
+
+    left_out: (k, 2) what stood in each exclusion, see `extraction.left_out`.
+    silent: (360,) half-degree sectors ahead that are not seen for one reason alone: nothing returned, as from the sky, and
+    nothing had to. None if nothing was shown at all.
+    """
 
     sighting: Sighting | None
     event: str
+    left_out: NDArray[np.float64]
+    silent: NDArray[np.bool_] | None = None
 
 
 class Extractor:
@@ -68,7 +76,7 @@ class Extractor:
         """What one frame shows. exclude: (k, 3) north_m, east_m, radius_m of what is no obstacle, all finite."""
         fault = self._faults.fault(frame, pose)
         if fault:
-            return Extraction(None, fault)
+            return Extraction(None, fault, np.full((len(exclude), 2), np.nan))
         depth = np.ascontiguousarray(frame.depth)
         if depth is not frame.depth:
             frame = DepthFrame(frame.t_s, frame.number, depth, frame.depth_unit_m, frame.intrinsics)
@@ -76,7 +84,7 @@ class Extractor:
         band = height_band(pose, camera, self._ground_down_m, self._parameters)
         evidence = self._survey.survey(frame, camera, band, self._ground_down_m)
         if evidence.fault:
-            return Extraction(None, evidence.fault)
+            return Extraction(None, evidence.fault, np.full((len(exclude), 2), np.nan))
         in_picture = in_view(camera, frame.intrinsics, pose.position_ned_m[2], self._parameters)
         seen = in_picture & ~evidence.hidden
         event = ""
@@ -84,9 +92,12 @@ class Extractor:
             event = "part of the depth frame is blind: too few pixels returned a distance to tell what is there"
         self._pixels.count(frame, camera, band)
         points = self._surfaces.find(self._pixels.grid, self._pixels.is_cut, frame.intrinsics, camera, exclude)
-        seen &= ~self._unexplained.sectors(evidence, points.nearest_m, float(camera.level[0, 2]))
+        unexplained = self._unexplained.sectors(evidence, points.nearest_m, float(camera.level[0, 2]))
+        seen &= ~unexplained
         found = self._coverer.cover(points, seen, camera, self._surfaces.reliable_range_m)
-        seen &= ~self._uncovered.sectors(points, found.discs)
+        uncovered = self._uncovered.sectors(points, found.discs)
+        seen &= ~uncovered
+        silent = in_picture & evidence.hidden & ~(evidence.is_blind | unexplained | uncovered)
         view = View(
             camera,
             seen,
@@ -96,7 +107,8 @@ class Extractor:
             self._surfaces.reliable_range_m,
         )
         discs = _to_mission(found.discs, camera)
-        return Extraction(Sighting(discs, found.sigma_m, found.confidence, found.is_whole, view), event)
+        places = left_out(points, camera, exclude, self._parameters.depth_noise_1_m)
+        return Extraction(Sighting(discs, found.sigma_m, found.confidence, found.is_whole, view), event, places, silent)
 
 
 def _to_mission(discs: NDArray[np.float64], camera: CameraPose) -> NDArray[np.float64]:

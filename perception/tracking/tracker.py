@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -34,11 +35,13 @@ class TrackedDiscs:
     discs: (n, 5) north_m, east_m, radius_m, v_north_m_s, v_east_m_s; the velocity is zero unless movement is proven.
     age_s: (n,) since each was last seen. confidence: (n,) in [0, 1]; half that of the sighting at first, more with every frame
     that confirms it, less with age.
+    standing: (m, 2) north_m, east_m of what stood for some time where something is to be left out now.
     """
 
     discs: NDArray[np.float64]
     age_s: NDArray[np.float64]
     confidence: NDArray[np.float64]
+    standing: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros((0, 2)))
 
 
 class DiscTracker:
@@ -191,7 +194,9 @@ class DiscTracker:
             age_s,
             confidence,
         )
-        return TrackedDiscs(discs[:shown], age_s[:shown], confidence[:shown])
+        withheld = self._tracks[: self._count][self._tracks["is_withheld"][: self._count] == 1]
+        standing = np.column_stack([withheld["north_m"], withheld["east_m"]])
+        return TrackedDiscs(discs[:shown], age_s[:shown], confidence[:shown], standing)
 
 
 def _usable(sighting: Sighting, exclude: NDArray[np.float64]) -> Sighting:
