@@ -64,6 +64,10 @@ class PerceptionParameters(BaseModel):
     frozen_frames_max: int = Field(default=10, ge=0, le=1000)
     """This many frames in a row with the very same pixels mean a frozen camera; 0 switches the check off."""
 
+    free_memory_s: float = Field(default=0.4, ge=0, le=0.5)
+    """How long space that was seen to be free counts as free where the picture shows nothing but perhaps sky; 0 switches it off.
+    No longer than obstacles may be old: the supervisor slows the vehicle down when they are older than 0.5 s."""
+
     memory_s: float = Field(default=3.0, ge=0, le=60)
     """How long a disc that has left the view is remembered; 0 switches memory off."""
     memory_growth_m_s: float = Field(default=0.05, ge=0, le=2)
