@@ -13,9 +13,16 @@ from flightapp.core.errors import FlightError
 from flightapp.fleet.security.access import Membership, access_settings, tls_settings
 
 MESSAGE_MAX_BYTES = 65_536
-"""Larger messages are not put together by Zenoh: a sender must not fill the receiver's memory."""
+"""Zenoh itself drops what is larger than this; what is smaller and still too large is refused by name, see `messages.codec`."""
 DATAGRAMS_AND_STREAMS = "?mixed_rel=1"
 """Of a QUIC endpoint: best-effort publications are datagrams. TLS brings them late, in a burst, after an outage of the link."""
+_NOTHING_HUGE = {
+    "id": "nothing huge",
+    "flows": ["ingress"],
+    "messages": ["put", "delete", "query", "reply"],
+    "key_exprs": ["**"],
+    "size_limit": MESSAGE_MAX_BYTES,
+}
 
 
 def zenoh_config(
@@ -38,7 +45,7 @@ def zenoh_config(
         "transport/link/tx/lease": 1500,
         "transport/unicast/open_timeout": 500,
         "transport/unicast/accept_timeout": 500,
-        "transport/link/rx/max_message_size": MESSAGE_MAX_BYTES,
+        "low_pass_filter": [_NOTHING_HUGE],
     }
     if membership is not None:
         settings["transport/link/protocols"] = ["quic", "tls"]

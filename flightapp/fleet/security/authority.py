@@ -52,6 +52,8 @@ def issue(authority: Issued, name: str, hosts: Iterable[str], now_s: float, days
     builder = _begin(_name(name), signer.subject, key, now_s, end)
     builder = builder.add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
     builder = builder.add_extension(_usage(signs_certificates=False), critical=True)
+    signed_by = x509.AuthorityKeyIdentifier.from_issuer_public_key(authority.key.public_key())
+    builder = builder.add_extension(signed_by, critical=False)
     both_ways = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]
     builder = builder.add_extension(x509.ExtendedKeyUsage(both_ways), critical=False)
     alternatives = [_general_name(host) for host in dict.fromkeys((name, *hosts))]
@@ -70,6 +72,7 @@ def _begin(
         .serial_number(x509.random_serial_number())
         .not_valid_before(_time(now_s) - CLOCK_TOLERANCE)
         .not_valid_after(end)
+        .add_extension(x509.SubjectKeyIdentifier.from_public_key(key.public_key()), critical=False)
     )
 
 

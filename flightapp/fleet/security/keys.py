@@ -86,9 +86,7 @@ def _check(wish: KeyWish) -> None:
         raise InputError(f"--address {min(unknown)}=...: no such vehicle; known: {', '.join(wish.vehicles)}")
     members = [name for name in (*wish.vehicles, *wish.operators) if (wish.folder / name).exists()]
     if members and not (wish.folder / AUTHORITY_FOLDER).exists():
-        raise InputError(
-            f"{wish.folder / AUTHORITY_FOLDER}: missing, '{members[0]}' has keys of it; make keys in a new folder"
-        )
+        raise InputError(f"{wish.folder / AUTHORITY_FOLDER}: missing, '{members[0]}' has keys of it; make keys in a new folder")
     for name in wish.vehicles:
         if name not in wish.hosts and not (wish.folder / name).exists():
             raise InputError(f"--address: missing for '{name}'; write --address {name}=HOST as in the others' connect_endpoints")
