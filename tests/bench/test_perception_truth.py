@@ -20,6 +20,7 @@ from flightapp.bench.perception_truth.conditions import GOOD, OPEN_FIELDS, Condi
 from flightapp.bench.perception_truth.score import is_free, is_unseen, score_trial, stands_for_a_tree
 from flightapp.bench.perception_truth.summary import summarise, wilson
 from flightapp.bench.perception_truth.trials import Trial, all_trials, stage
+from flightapp.cli import main
 from flightapp.config.profile import load_profile
 from perception.synthetic.flaws import Cover, Flaws
 from perception.types import PerceivedObstacles
@@ -82,19 +83,28 @@ def test_the_picture_is_drawn(quick: dict[str, Any]) -> None:
     assert image.shape[1] > 800
 
 
-def test_bench_without_a_name_is_the_bench_of_speed() -> None:
+def refusal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """What the command says that refuses these arguments with exit status 2."""
+    monkeypatch.setattr(sys, "argv", ["flightapp", "bench", *arguments])
+    with pytest.raises(SystemExit) as left:
+        main()
+    assert left.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_bench_without_a_name_is_the_bench_of_speed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     for arguments in (["nowhere.toml"], ["speed", "nowhere.toml"]):
-        finished = command(*arguments)
-        assert finished.returncode == 2
-        assert "nowhere.toml" in finished.stderr
+        assert "nowhere.toml" in refusal(monkeypatch, capsys, *arguments)
 
 
-def test_a_folder_that_cannot_be_is_one_sentence(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_is_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "file").write_text("")
-    finished = command("perception", "--quick", "--out", str(tmp_path / "file" / "folder"))
-    assert finished.returncode == 2
-    assert finished.stderr.count("\n") == 1
-    assert "--out" in finished.stderr
+    monkeypatch.chdir(ROOT)
+    said = refusal(monkeypatch, capsys, "perception", "--quick", "--out", str(tmp_path / "file" / "folder"))
+    assert said.count("\n") == 1
+    assert "--out" in said
 
 
 def test_the_full_measurement_covers_what_is_promised() -> None:

@@ -13,7 +13,9 @@ from typing import Any
 
 import pytest
 import tomli_w
+from typer.testing import CliRunner
 
+from flightapp.cli import app
 from flightapp.config.mission import load_mission
 from flightapp.config.profile import load_profile
 from flightapp.sim.fleet_files import ReservedPorts, prepare
@@ -33,11 +35,11 @@ class OnTheGround:
     profile: Path
 
     def preflight(self, *options: str) -> tuple[int, dict[str, Any]]:
-        command = [sys.executable, "-m", "flightapp", "preflight", str(HOVER), "--profile", str(self.profile)]
-        command += ["--vehicle", "e1", "--json", *options]
-        said = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=60, check=False)
-        assert said.stdout, said.stderr
-        return said.returncode, json.loads(said.stdout)
+        """Exit status and what was printed. In this process: what starts one is the same for the last test below."""
+        command = ["preflight", str(HOVER), "--profile", str(self.profile), "--vehicle", "e1", "--json", *options]
+        said = CliRunner().invoke(app, command)
+        assert said.stdout, said.output
+        return said.exit_code, json.loads(said.stdout)
 
 
 @pytest.fixture(scope="module")

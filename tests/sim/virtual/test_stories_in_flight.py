@@ -11,6 +11,7 @@ import numpy as np
 
 from flightapp.config.profile import load_profile
 from flightapp.core.types import Decision, Observation
+from flightapp.runtime.outcome import Outcome
 from flightapp.sim.autopilot_modes import Mode
 from tests.sim.virtual.in_flight import BODY_M, SIM, Flight, clearance_m
 
@@ -134,6 +135,26 @@ def test_an_own_clock_that_steps_back_ends_the_pursuit(tmp_path: Path) -> None:
     assert flight.events("failsafe")[0]["data"]["condition"] == "clocks_disagree"
     assert flight.moments[-1].mode is Mode.RTL
     assert_clear_of_the_tree(flight)
+
+
+def test_a_strategy_that_raises_is_replaced_by_braking_and_the_way_home(tmp_path: Path) -> None:
+    def raise_from_now_on(flight: Flight) -> None:
+        def fail(_: Observation, decision: Decision) -> Decision:
+            raise ZeroDivisionError("the strategy broke")
+
+        flight.planner.fault = fail
+
+    flight = Flight(raise_from_now_on, 90.0, until=lambda flight: not flight.one.station.core.armed).fly(tmp_path)
+    assert flight.moment_at(flight.broken_s).speed_m_s > 1.5
+    assert flight.one.outcome is Outcome.FAULT
+    assert "the strategy broke" in str([event["text"] for event in flight.events("failsafe")])
+    returning_s = flight.mode_since_s(Mode.RTL, flight.broken_s)
+    last = [setpoint for t_s, setpoint in flight.one.autopilot.sent if t_s <= returning_s][-1]
+    assert math.hypot(*last.velocity_ned_m_s[:2]) < 1.1, "it brakes before it hands over"
+    assert [t_s for t_s, _ in flight.one.autopilot.sent if t_s > returning_s + 1.0] == []
+    assert_clear_of_the_tree(flight)
+    assert not flight.one.station.core.armed
+    assert math.hypot(*flight.moments[-1].position_ned_m[:2]) < 1.0, "it is home"
 
 
 def test_one_decision_that_is_not_finite_costs_a_hold_and_not_the_mission(tmp_path: Path) -> None:
