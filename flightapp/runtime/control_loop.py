@@ -21,6 +21,7 @@ from flightapp.core.types import Decision, Observation, ObstacleSet, Setpoint, T
 from flightapp.fleet.messages.command import Command
 from flightapp.runtime.fleet_time import FleetTime
 from flightapp.runtime.hover import Hover
+from flightapp.runtime.leadership import Leadership
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.rooms import Rooms
 from flightapp.runtime.teamwork import Teamwork
@@ -55,6 +56,7 @@ class ControlLoop:
         self._on_command = on_command
         self._teamwork = Teamwork(rooms)
         self._fleet_time = FleetTime(rooms)
+        self.leadership = Leadership(rooms)
         self._hover = Hover(
             rooms.mission.height_of(rooms.vehicle), rooms.limits.climb_rate_max_m_s, rooms.profile.control.altitude_gain_1_s
         )
@@ -169,6 +171,7 @@ class ControlLoop:
         rooms.heartbeat.beat(active=self.guidance is not Guidance.NONE or status.armed)
         self._fleet_time.poll(now_s)
         rooms.team.poll(now_s)
+        self.leadership.poll(now_s)
         for command, answer in rooms.team.take_commands(now_s, self._on_command):
             rooms.journal.command(command, answer)
         dt_s = 0.0 if self._last_tick_s is None else now_s - self._last_tick_s

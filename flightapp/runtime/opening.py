@@ -26,6 +26,7 @@ from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.heartbeat import Heartbeat
 from flightapp.runtime.inputs import check_inputs
 from flightapp.runtime.journal import Journal
+from flightapp.runtime.leadership import memory_path
 from flightapp.runtime.outcome import Outcome
 from flightapp.runtime.rooms import Rooms
 from flightapp.safety.supervisor import make_supervisor
@@ -116,6 +117,7 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
             heartbeat=heartbeat,
             boundary=mission.boundary.as_boundary(),
             surveyed=surveyed_obstacles(mission),
+            election_memory=memory_path(wish.run, profile.recording.folder, mission.fleet, wish.vehicle),
         )
         journal.event("info", "recording", str(recorder.path))
         try:

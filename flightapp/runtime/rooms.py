@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from flightapp.config.mission import Mission, Vehicle
 from flightapp.config.profile import Profile
@@ -38,3 +39,5 @@ class Rooms:
     boundary: Boundary
     surveyed: ObstacleSet
     """Obstacles known from the mission, for a vehicle that flies without a camera."""
+    election_memory: Path
+    """File of the term and the vote that must survive a restart."""

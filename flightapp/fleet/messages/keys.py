@@ -6,6 +6,7 @@
 | intent   | the vehicle, publication | on change and 2 Hz             | mode, goal, arrival time, guards, mission's digest |
 | sighting | the vehicle, publication | when its camera sees the target | where the target was seen, and how well           |
 | discs    | the vehicle, publication | a few times a second           | obstacles that others may meet, 12 at most         |
+| election | the pursuer, publication | 10 Hz, and when it is asked     | its standing in the election of a leader           |
 | alive    | the vehicle, liveliness  | while its session lives        | token without content                              |
 | clock    | the vehicle, queryable   | asked by others, once a second | fleet time of the vehicle that answers             |
 | command  | the vehicle, queryable   | asked by operators             | operator's wish; the reply acknowledges it         |

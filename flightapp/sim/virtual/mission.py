@@ -28,6 +28,7 @@ from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.executive import Executive
 from flightapp.runtime.heartbeat import Heartbeat
 from flightapp.runtime.journal import Journal
+from flightapp.runtime.leadership import memory_path
 from flightapp.runtime.outcome import Outcome
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.rooms import Rooms
@@ -233,6 +234,7 @@ class _Builder:
             heartbeat=Heartbeat(None),
             boundary=mission.boundary.as_boundary(),
             surveyed=surveyed_obstacles(mission),
+            election_memory=memory_path(self.run, profile.recording.folder, mission.fleet, name),
         )
         executive = Executive(rooms)
         loop = ControlLoop(rooms, executive.on_command)
