@@ -25,7 +25,7 @@ THREAD_SWITCH_S = 0.0005
 
 async def fly(wish: Wish, waived: Collection[str], heartbeat: Heartbeat) -> Outcome:
     """Fly one vehicle to the end of its mission, whatever that is."""
-    async with open_rooms(wish, heartbeat) as opened:
+    async with open_rooms(wish, heartbeat) as opened, watching_refusals(opened.rooms):
         executive = Executive(opened.rooms, waived)
         async with running_loop(opened, executive.on_command) as loop:
             executive.attach(loop)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import select
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -20,6 +24,7 @@ from flightapp.fleet.messages.state import STATE
 from flightapp.fleet.session import MESSAGE_MAX_BYTES
 from tests.fleet.security.members import FLEET, Loopback, Vehicle, make_fleet_keys, own_intent, own_state, until
 
+ROOT = Path(__file__).parents[3]
 STATE_OF_P1 = key(FLEET, "p1", "state")
 
 
@@ -262,3 +267,27 @@ def test_whatever_a_member_sends_the_others_fly_on(loopback: Loopback, pair: tup
     until(lambda: (p1.tick(), bool(p1.complaints))[1])
     both_fly_on(p1, e1)
     assert all(action in ("hold",) for action in p1.obeyed), "only what is still a command was obeyed"
+
+
+def test_what_is_refused_can_be_recorded_with_who_it_was(keys: Path, loopback: Loopback, tmp_path: Path) -> None:
+    arguments = [sys.executable, "-m", "tests.fleet.security.refusing_vehicle", str(keys), loopback.endpoint(0)]
+    with subprocess.Popen(arguments, stderr=subprocess.PIPE, text=True, cwd=ROOT) as victim:
+        try:
+            assert victim.stderr is not None
+            assert victim.stderr.readline() == "ready\n"
+            liar = loopback.member("p2", [], [loopback.endpoint(0)], obeys_rules=False)
+            loopback.with_certificates_of(make_fleet_keys(tmp_path / "keys"), "operator", [loopback.endpoint(0)])
+            lie = liar.declare_publisher(key(FLEET, "e1", "state"))
+            told: dict[str, int] = {}
+            deadline = time.monotonic() + 20.0
+            while not ({"put", "connection"} <= {word for sentence in told for word in sentence.split()}):
+                assert time.monotonic() < deadline, told
+                for _ in range(20):
+                    lie.put(b"lie")
+                    time.sleep(0.01)
+                if select.select([victim.stderr], [], [], 0.0)[0]:
+                    told = json.loads(victim.stderr.readline())
+        finally:
+            victim.kill()
+    assert any(sentence == f"'p2' may not put on {key(FLEET, 'e1', 'state')}" for sentence in told), told
+    assert any(sentence.startswith("a connection without a valid certificate: ") for sentence in told), told
