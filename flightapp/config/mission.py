@@ -201,6 +201,15 @@ class Obstacles(Strict):
     boxes: tuple[Box, ...] = ()
 
 
+class TargetKnowledge(Strict):
+    """What pursuers know of the evader besides what their cameras see."""
+
+    telemetry: Literal["always", "until-pursuit"] = "always"
+    """How long the evader's own shared state counts: in the whole flight, or until the pursuit begins and cameras must do."""
+    when_silent: Literal["sightings", "lost"] = "sightings"
+    """When its telemetry has ended: go on with what cameras see of it, or hold it for lost."""
+
+
 class Simulation(Strict):
     """What only `flightapp sim` reads."""
 
@@ -237,6 +246,7 @@ class Mission(Strict):
     flight_volume: FlightVolume
     boundary: ProtectedBoundary
     capture: Capture = Capture()
+    target: TargetKnowledge = TargetKnowledge()
     vehicles: tuple[Vehicle, ...] = Field(min_length=1)
     obstacles: Obstacles = Obstacles()
     simulation: Simulation = Simulation()

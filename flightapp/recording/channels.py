@@ -29,6 +29,7 @@ CHANNELS: tuple[Channel, ...] = (
     Channel("/autopilot", messages.AutopilotStatus, 1.0, True, True, "mode, arming and landed state of the autopilot"),
     Channel("/battery", messages.Battery, 0.5, True, True, "battery"),
     Channel("/target", messages.Target, 25.0, True, True, "target estimate given to the planner"),
+    Channel("/sighting", messages.TargetSighting, 0.0, True, True, "measurements of the target, used or not"),
     Channel("/team", messages.Team, 10.0, True, True, "teammates as known here"),
     Channel("/obstacles", messages.Obstacles, 25.0, True, True, "discs and unseen sectors after each depth frame"),
     Channel("/decision", messages.DecisionRecord, 25.0, True, True, "planner decision"),

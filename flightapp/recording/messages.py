@@ -55,6 +55,29 @@ class Target:
 
 
 @dataclass(slots=True)
+class TargetSighting:
+    """One measurement of the evader that reached this vehicle, from the evader itself or from a vehicle's camera."""
+
+    t_s: float
+    """When it reached the estimate."""
+    measured_t_s: float
+    source: str
+    """telemetry, camera."""
+    vehicle: str
+    """Whose telemetry, whose camera."""
+    north_m: float
+    east_m: float
+    sigma_m: float
+    """Standard deviation, of a camera's along the line of sight."""
+    used: bool
+    """False: it did not fit, or nobody could tell whether it is of the evader."""
+    innovation_m: float | None
+    """From the predicted to the measured position; null without a prediction, like `nis`."""
+    nis: float | None
+    """Normalised innovation squared."""
+
+
+@dataclass(slots=True)
 class Teammate:
     """Newest known state of one other vehicle of the fleet."""
 

@@ -24,6 +24,7 @@ from flightapp.runtime.hover import Hover
 from flightapp.runtime.leadership import Leadership
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.rooms import Rooms
+from flightapp.runtime.target_fusion import TargetFusion
 from flightapp.runtime.teamwork import Teamwork
 from flightapp.safety.api import Demand, SafetyContext
 from flightapp.vehicle.autopilot import Motion
@@ -33,8 +34,6 @@ STATUS_PERIOD_S = 1.0
 TEAM_PERIOD_S = 0.1
 MOTION_EXTRAPOLATION_MAX_S = 0.3
 LATENESS_KEPT = 10_000
-TARGET_POSITION_SIGMA_M = 0.1
-TARGET_VELOCITY_SIGMA_M_S = 0.2
 
 
 class Guidance(Enum):
@@ -55,6 +54,7 @@ class ControlLoop:
         self._rooms = rooms
         self._on_command = on_command
         self._teamwork = Teamwork(rooms)
+        self._target_fusion = TargetFusion(rooms, self._teamwork)
         self._fleet_time = FleetTime(rooms)
         self.leadership = Leadership(rooms)
         self._hover = Hover(
@@ -96,7 +96,6 @@ class ControlLoop:
         self._status_seen: tuple[str, bool, str, bool] | None = None
         self._lateness_max_s = 0.0
         self._gaps = GapMeter()
-        self._target_sequence = -1
         self._obstacles = ObstacleSet(0.0, np.zeros((0, 7)), np.array([[-math.pi, math.pi]]))
         self._clearance_m: float | None = None
         self._guards: tuple[str, ...] = ()
@@ -177,14 +176,14 @@ class ControlLoop:
         dt_s = 0.0 if self._last_tick_s is None else now_s - self._last_tick_s
         self._last_tick_s = now_s
         motion = rooms.autopilot.motion()
-        self._update_target(now_s)
+        self.target = self._target_fusion.update(now_s, self.phase, None if self.perception is None else self.perception.newest)
         new_frame = self._take_obstacles(now_s)
         self._note_camera(now_s)
         self._teamwork.note_silence(now_s)
         if motion is not None:
             rooms.journal.own(motion, now_s)
             if self.perception is not None:
-                self.perception.exclude = self._teamwork.cut_outs(now_s)
+                self.perception.exclude = self._target_fusion.cut_outs(now_s)
             if self.guidance is not Guidance.NONE:
                 self._command(now_s, dt_s, _moved_to(motion.state, now_s), now_s - motion.arrived_s, new_frame)
             else:
@@ -284,24 +283,6 @@ class ControlLoop:
         if self.guidance is not Guidance.NONE:
             with contextlib.suppress(Exception):
                 self._rooms.autopilot.send(Setpoint(np.zeros(3), self._yaw_rad))
-
-    def _update_target(self, now_s: float) -> None:
-        rooms = self._rooms
-        if rooms.vehicle.role == "evader":
-            return
-        state = self._teamwork.evader_state()
-        if state is not None and state.sequence != self._target_sequence:
-            self._target_sequence = state.sequence
-            rooms.target_filter.update(
-                state.t_s,
-                np.array(state.position_ned_m),
-                np.array(state.velocity_ned_m_s),
-                TARGET_POSITION_SIGMA_M,
-                TARGET_VELOCITY_SIGMA_M_S,
-            )
-        self.target = rooms.target_filter.predict(now_s)
-        if self.target is not None:
-            rooms.journal.target(self.target, now_s)
 
     def _take_obstacles(self, now_s: float) -> bool:
         """Newest obstacles; True when they come from a frame that was not used before."""

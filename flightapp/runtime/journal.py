@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 
 from flightapp.core.clock import Clock
 from flightapp.core.types import Array, Decision, Setpoint, TargetTrack
+from flightapp.estimation.target_filter import Fit
 from flightapp.fleet.clock_offset import Offset
 from flightapp.fleet.messages.command import Acknowledgement, Command
 from flightapp.fleet.peers import Peer
@@ -88,6 +89,21 @@ class Journal:
             ),
             now_s,
         )
+
+    def sighting(
+        self,
+        t_s: float,
+        source: str,
+        vehicle: str,
+        place: tuple[float, float],
+        sigma_m: float,
+        fit: Fit,
+        now_s: float,
+    ) -> None:
+        """A measurement of the evader and how it fitted."""
+        distance_m, nis = (None if math.isnan(number) else number for number in (fit.distance_m, fit.nis))
+        record = messages.TargetSighting(now_s, t_s, source, vehicle, *place, sigma_m, fit.is_used, distance_m, nis)
+        self._recorder.log("/sighting", record, now_s)
 
     def team(self, peers: Iterable[Peer], now_s: float) -> None:
         members = [

@@ -15,7 +15,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -60,6 +60,7 @@ class Perceived:
     """Result of one frame: obstacles in the mission frame, when it was captured and what it cost.
 
     age_s, confidence: (n,) one for each disc. latency_s: from the capture to this result. processing_s: of it, the pipeline's.
+    left_out: (k, 2) what was seen in each row of `exclude`, see perception.types. seen_from_m: north, east of the vehicle then.
     """
 
     obstacles: ObstacleSet
@@ -71,6 +72,8 @@ class Perceived:
     processing_s: float
     health: PerceptionHealth
     events: tuple[str, ...] = ()
+    left_out: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    seen_from_m: tuple[float, float] = (math.nan, math.nan)
 
 
 class PerceptionThread(threading.Thread):
@@ -209,6 +212,8 @@ class PerceptionThread(threading.Thread):
             done_s - started_s,
             self.health,
             seen.events,
+            seen.left_out,
+            pose.position_ned_m[:2],
         )
         self._on_result()
 

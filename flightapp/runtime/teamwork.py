@@ -64,11 +64,16 @@ class Teamwork:
         return min(ages) if ages else None
 
     def cut_outs(self, now_s: float) -> Array:
-        """Rows north_m, east_m, radius_m where a vehicle is known to be now, which must not become an obstacle."""
+        """Rows north_m, east_m, radius_m where a teammate is known to be now, which must not become an obstacle."""
         rows = []
-        for peer in self._rooms.team.peers.values():
+        for name, peer in self._rooms.team.peers.items():
             state = peer.state
-            if state is None or not state.airborne or now_s - state.t_s > self._rooms.profile.safety.team_state_age_max_s:
+            if (
+                self._roles[name] == "evader"
+                or state is None
+                or not state.airborne
+                or now_s - state.t_s > self._rooms.profile.safety.team_state_age_max_s
+            ):
                 continue
             ahead_s = now_s - state.t_s
             rows.append(
