@@ -299,6 +299,23 @@ def recover(
         print(f"{found.output}: {found.messages} messages over {found.span_s:.1f} s")
 
 
+@app.command()
+def bundle(
+    run: Annotated[Path, typer.Argument(help="A run folder.")],
+    output: Annotated[Path | None, typer.Option("--output", help="File to write; default RUN-bundle.zip beside the run.")] = None,
+    full: Annotated[bool, typer.Option("--full", help="Whole recordings with images, not two messages a second.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Put a run into one file to send when asking for help, without keys, passwords, names and serial numbers.
+
+    Example: flightapp bundle runs/20260601-101500-demo_two_pursuers
+    """
+    from flightapp.bundle import write_bundle
+
+    written = write_bundle(run, output, full=full)
+    print(json.dumps(written.as_json(), indent=2) if as_json else written.text())
+
+
 class _WithDefault(TyperGroup):
     """Whatever does not begin with the name of one of its commands goes to `default`."""
 
