@@ -18,6 +18,7 @@ from flightapp.runtime.executive import Executive
 from flightapp.runtime.heartbeat import Heartbeat
 from flightapp.runtime.opening import Wish, open_rooms, running_loop
 from flightapp.runtime.outcome import EXIT_STATUS, Outcome
+from flightapp.runtime.refusal_watch import watching_refusals
 
 THREAD_SWITCH_S = 0.0005
 """How long the perception thread may keep the interpreter from the control loop."""

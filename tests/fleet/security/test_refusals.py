@@ -8,7 +8,7 @@ from flightapp.runtime.refusal_watch import SENTENCES_MAX, RefusalReport
 LOG = (
     "2026 TRACE rx-0 access_control: Using cached result: abc is unauthorized to Put (ingress) on flightapp/f/e1/state\n"
     "2026 TRACE rx-0 interceptor: Msg intercepted!\n"
-    "2026 TRACE rx-0 access_control: abc on Interface(lo)+CertCommonName(p2) is unauthorized to Query (ingress) on flightapp/f/**\n"
+    "TRACE rx-0 access_control: abc on Interface(lo)+CertCommonName(p2) is unauthorized to Query (ingress) on flightapp/f/**\n"
     "2026 TRACE rx-0 interceptor: Msg intercepted!\n"
     "2026 TRACE rx-0 access_control: abc is unauthorized to Delete (ingress) on flightapp/f/p2/state\n"
     "2026 TRACE rx-0 access_control: abc is authorized to Put (ingress) on flightapp/f/p2/state\n"
