@@ -1,6 +1,6 @@
 """The real vehicle process with a strategy that breaks: after two seconds at 3 m/s it does what FAILURE says.
 
-Run as a script: FAILURE (raises, not-finite, endless), then the arguments of `flightapp.runtime.vehicle_process`.
+Run as a script: FAILURE (not-finite, endless), then the arguments of `flightapp.runtime.vehicle_process`.
 """
 
 import sys
@@ -28,8 +28,6 @@ class Breaking:
         started_s = self._started_s = observation.t_s if self._started_s is None else self._started_s
         velocity = np.array([3.0, 0.0, 0.0])
         if observation.t_s - started_s > GOOD_FOR_S:
-            if self._failure == "raises":
-                raise ZeroDivisionError("the strategy broke")
             while self._failure == "endless":
                 pass
             velocity = np.array([np.nan, np.inf, 0.0])

@@ -22,22 +22,7 @@ def scenario(folder: Path, fault: str) -> tuple[str, str]:
     return "--scenario", str(path)
 
 
-def test_a_strategy_that_raises_is_replaced_by_braking_and_the_way_home(tmp_path: Path) -> None:
-    with one_vehicle(tmp_path, script=BREAKING, script_arguments=("raises",)) as vehicle:
-        vehicle.wait_for_offboard()
-        until(lambda: vehicle.relay.mode() == RETURN, 20.0, "return", vehicle)
-        assert vehicle.process.wait(timeout=60) == 3
-        recording = recording_of(vehicle)
-        assert recording.topic("/phase").texts("outcome")[-1] == "fault"
-        assert any("the strategy broke" in text for text in recording.topic("/event").texts("text"))
-        speeds = np.linalg.norm(recording.topic("/own").vectors("velocity_ned_m_s")[:, :2], axis=1)
-        returning_s = recording.topic("/phase").t_s[recording.topic("/phase").texts("phase").index("return")]
-        assert speeds.max() > 2.0
-        before_return_mode = recording.topic("/setpoint").t_s >= returning_s
-        assert np.abs(recording.topic("/setpoint").vectors("velocity_ned_m_s")[before_return_mode][:, :2]).max() < 1.1
-        assert np.linalg.norm(recording.topic("/own").vectors("position_ned_m")[-1, :2]) < 1.0
-
-
+# A strategy that raises is flown on the virtual clock: tests/sim/virtual/test_stories_in_flight.py.
 def test_a_setpoint_that_is_not_finite_never_reaches_the_autopilot(tmp_path: Path) -> None:
     with one_vehicle(tmp_path, script=BREAKING, script_arguments=("not-finite",)) as vehicle:
         vehicle.wait_for_offboard()
@@ -45,12 +30,14 @@ def test_a_setpoint_that_is_not_finite_never_reaches_the_autopilot(tmp_path: Pat
         assert vehicle.process.wait(timeout=60) == 3
         recording = recording_of(vehicle)
         assert "not finite" in str([message["acting"] for message in recording.topic("/setpoint").messages])
+        assert recording.topic("/phase").texts("outcome")[-1] == "fault"
         told = [event["data"]["state"] for event in recording.topic("/event").messages if event["name"] == "failsafe"]
         assert told == ["HOLD", "RETURN"]
         flown = np.array(vehicle.relay.velocities_m_s)
         assert np.isfinite(flown).all()
         assert flown[:, 0].max() > 2.0  # it flew before the strategy broke
         assert abs(flown[-1, 0]) < 1.1
+        assert np.linalg.norm(recording.topic("/own").vectors("position_ned_m")[-1, :2]) < 1.0, "it is home"
 
 
 def test_a_strategy_that_never_returns_is_killed_by_the_deadman(tmp_path: Path) -> None:

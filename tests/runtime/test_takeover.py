@@ -23,7 +23,7 @@ def pilot(folder: Path, when: str, *arguments: str) -> Sequence[str]:
 
 def assert_released(vehicle: OneVehicle, silent_after_s: float) -> None:
     """From the take-over on no mode command went out, and setpoints ended within `silent_after_s`."""
-    until(lambda: vehicle.relay.mode() == POSITION_CONTROL, 40.0, "pilot", vehicle)
+    until(lambda: vehicle.relay.mode() == POSITION_CONTROL, 60.0, "pilot", vehicle)
     taken_s = vehicle.relay.modes[-1][0]
     until(lambda: vehicle.relay.mode() == LAND, 20.0, "pilot's landing", vehicle)
     assert vehicle.process.wait(timeout=40) == 1
@@ -36,18 +36,13 @@ def assert_released(vehicle: OneVehicle, silent_after_s: float) -> None:
     assert "fault_felt" in vehicle.mock_log.read_text()
 
 
-def test_the_pilot_takes_over_in_offboard_and_is_never_fought(tmp_path: Path) -> None:
-    with one_vehicle(tmp_path, mock_arguments=pilot(tmp_path, 'mode = "OFFBOARD", after_s = 6.0')) as vehicle:
+# Where the news of a mode comes late it is harder; the same with news at once is flown on the virtual clock.
+def test_the_pilot_takes_over_in_offboard_with_heartbeats_once_a_second_and_is_never_fought(tmp_path: Path) -> None:
+    arguments = pilot(tmp_path, 'mode = "OFFBOARD", after_s = 6.0', "--slow-heartbeat")
+    with one_vehicle(tmp_path, mock_arguments=arguments) as vehicle:
         assert_released(vehicle, silent_after_s=0.5)  # MAVSDK's own repeats included
 
 
-def test_the_same_when_only_the_regular_heartbeat_tells_the_mode(tmp_path: Path) -> None:
-    arguments = pilot(tmp_path, 'mode = "OFFBOARD", after_s = 6.0', "--slow-heartbeat")
-    with one_vehicle(tmp_path, mock_arguments=arguments) as vehicle:
-        assert_released(vehicle, silent_after_s=0.5)
-
-
-# Where the news of a mode comes late it is harder; the same with news at once is flown on the virtual clock.
 def test_the_pilot_takes_over_during_take_off_with_heartbeats_once_a_second(tmp_path: Path) -> None:
     arguments = pilot(tmp_path, 'mode = "TAKEOFF", height_above_m = 0.8', "--slow-heartbeat")
     with one_vehicle(tmp_path, mock_arguments=arguments) as vehicle:
