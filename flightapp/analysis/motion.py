@@ -60,7 +60,13 @@ def min_distance_m(first: Track, second: Track, window: Window) -> tuple[float, 
 
 
 def min_clearance_m(track: Track, world: World, body_radius_m: float) -> float | None:
-    """Smallest distance of the body's surface to the world along the whole way, at most 1 cm too small; None if unknown.
+    """Smallest distance of the body's surface to the world along the whole way, at most 1 cm too small; None if unknown."""
+    nearest = nearest_obstacle(track, world, body_radius_m)
+    return None if nearest is None else nearest[0]
+
+
+def nearest_obstacle(track: Track, world: World, body_radius_m: float) -> tuple[float, float] | None:
+    """The same with its time.
 
     Where the distance at both ends of a stretch says that the way between them cannot reach a nearer place, nobody looks closer.
     """
@@ -71,13 +77,15 @@ def min_clearance_m(track: Track, world: World, body_radius_m: float) -> float |
     ends = np.unique(np.append(np.arange(0, len(points), _STRETCH), len(points) - 1))
     distances = np.array([world.signed_distance_m(*points[end].tolist()) for end in ends])
     reachable = (distances[:-1] + distances[1:] - np.diff(travelled[ends])) / 2
-    least = NO_OBSTACLE_M
+    least, at = NO_OBSTACLE_M, 0
     for stretch in np.argsort(reachable):
         if reachable[stretch] >= least:
             break
         for index in range(ends[stretch], ends[stretch + 1]):
-            least = min(least, world.segment_clearance_m(points[index], points[index + 1]))
-    return least - body_radius_m if least < NO_OBSTACLE_M / 2 else None
+            clearance = world.segment_clearance_m(points[index], points[index + 1])
+            if clearance < least:
+                least, at = clearance, index
+    return (least - body_radius_m, float(track.t_s[at])) if least < NO_OBSTACLE_M / 2 else None
 
 
 def boundary_distances_m(position_ned_m: Array, boundary: Boundary) -> Array:

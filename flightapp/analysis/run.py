@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from flightapp.analysis.time_base import Source, shifts_of
 from flightapp.analysis.track import Track, track_of
 from flightapp.config.loading import Model, validate
 from flightapp.config.mission import Mission, load_mission
@@ -35,6 +36,9 @@ class VehicleRun:
     truth: Track | None
     flown: Window | None
     """When it was truly off the ground; None where no true states are known."""
+    shift_s: float = 0.0
+    """What was added to the times of its recording to bring it onto the run's time base."""
+    shift_source: Source = "not measured"
 
     @property
     def track(self) -> Track | None:
@@ -77,35 +81,64 @@ class Run:
 
 
 def load_run(paths: Sequence[Path]) -> Run:
-    """The run in one folder, or made of single `.mcap` files; InputError if there is nothing to read."""
+    """The run in folders, single `.mcap` files, or both: one folder a vehicle, say, as they come from several computers.
+
+    All recordings are brought onto one time base (see `time_base`). InputError if there is nothing to read.
+    """
     if not paths:
         raise InputError("name a run folder or recordings (.mcap)")
-    if len(paths) == 1 and paths[0].is_dir():
-        return _load_folder(paths[0])
-    for path in paths:
-        if path.is_dir():
-            raise InputError(f"{path}: is a folder; name one run folder, or files only")
-    return _assemble(paths[0].parent, f"{paths[0].stem}-", [read_recording(path) for path in paths], ())
+    files = [file for path in paths for file in (_files_in(path) if path.is_dir() else [path])]
+    recordings: list[Recording] = []
+    unreadable: list[tuple[Path, str]] = []
+    for file in dict.fromkeys(files):
+        try:
+            recordings.append(read_recording(file))
+        except InputError as error:
+            if file in paths:
+                raise
+            unreadable.append((file, str(error)))
+    if not recordings:
+        raise InputError(unreadable[0][1])
+    used, others = _one_a_vehicle(recordings)
+    if paths[0].is_dir():
+        return _assemble(paths[0], "", used, (*unreadable, *others))
+    return _assemble(paths[0].parent, f"{paths[0].stem}-", used, (*unreadable, *others))
 
 
-def _load_folder(folder: Path) -> Run:
+def _files_in(folder: Path) -> list[Path]:
     files = sorted(folder.glob("*.mcap"))
     if not files:
         raise InputError(f"{folder}: no recording (.mcap) in this folder")
-    recordings: list[Recording] = []
-    unreadable: list[tuple[Path, str]] = []
-    for path in files:
-        try:
-            recordings.append(read_recording(path))
-        except InputError as error:
-            unreadable.append((path, str(error)))
-    if not recordings:
-        raise InputError(unreadable[0][1])
-    return _assemble(folder, "", recordings, tuple(unreadable))
+    return files
+
+
+def _one_a_vehicle(recordings: list[Recording]) -> tuple[list[Recording], list[tuple[Path, str]]]:
+    """Of several recordings of one vehicle the one with most in it: others are copies, thinned out, or a start given up."""
+    best: dict[str, Recording] = {}
+    for recording in recordings:
+        known = best.get(recording.vehicle)
+        if known is None or _size(recording) > _size(known):
+            best[recording.vehicle] = recording
+    used = [recording for recording in recordings if best[recording.vehicle] is recording]
+    others = [
+        (recording.path, f"not used: {best[recording.vehicle].path.name} has more of '{recording.vehicle}'")
+        for recording in recordings
+        if best[recording.vehicle] is not recording
+    ]
+    return used, others
+
+
+def _size(recording: Recording) -> int:
+    return sum(len(series) for series in recording.series.values())
 
 
 def _assemble(folder: Path, prefix: str, recordings: list[Recording], unreadable: tuple[tuple[Path, str], ...]) -> Run:
     mission = _mission(folder, recordings)
+    shifts = shifts_of([recording for recording in recordings if recording.path.stem != TRUTH_STEM])
+    recordings = [
+        recording.shifted(shifts[recording.vehicle].shift_s) if recording.path.stem != TRUTH_STEM else recording
+        for recording in recordings
+    ]
     truth: dict[str, Track] = {}
     flown: dict[str, Window] = {}
     for recording in recordings:
@@ -125,6 +158,8 @@ def _assemble(folder: Path, prefix: str, recordings: list[Recording], unreadable
             own=track_of(recording.topic("/own"), "own"),
             truth=truth.get(recording.vehicle),
             flown=flown.get(recording.vehicle),
+            shift_s=shifts[recording.vehicle].shift_s,
+            shift_source=shifts[recording.vehicle].source,
         )
         for recording in recordings
         if recording.path.stem != TRUTH_STEM

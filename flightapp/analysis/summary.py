@@ -9,8 +9,12 @@ from typing import Any
 import orjson
 
 from flightapp.analysis import metrics
+from flightapp.analysis.analysers import ANALYSERS
+from flightapp.analysis.analysers.analyser import examine_run
+from flightapp.analysis.findings import as_json
 from flightapp.analysis.outcome import captured_s, fold_outcome, pursuers_of, pursuit_start_s
 from flightapp.analysis.run import Run, load_run
+from flightapp.analysis.verdict import one_line, verdict_of
 from flightapp.sim.world import World
 
 Summary = dict[str, Any]
@@ -22,7 +26,7 @@ def summarise(run: Run) -> Summary:
     vehicles = {vehicle.name: metrics.vehicle_figures(vehicle, world) for vehicle in run.vehicles}
     pursuers = [vehicles[vehicle.name] for vehicle in pursuers_of(run)]
     start_s, end_s = pursuit_start_s(run), captured_s(run)
-    return {
+    summary = {
         "mission": _mission_name(run),
         "seed": _seed(run),
         "outcome": fold_outcome(run),
@@ -45,8 +49,10 @@ def summarise(run: Run) -> Summary:
         "events": {level: sum(figures["events"][level] for figures in vehicles.values()) for level in _LEVELS},
         "errors": _errors(run),
         "recordings": _recordings(run),
+        "findings": [as_json(finding) for finding in examine_run(run, ANALYSERS)],
         "vehicles": vehicles,
     }
+    return summary | {"verdict": verdict_of(summary).level, "headline": one_line(summary)}
 
 
 _LEVELS = ("info", "warning", "error")

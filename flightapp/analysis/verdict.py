@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-GAP_MAX_MS = 500.0
-"""PX4 leaves offboard mode when it hears nothing for this long."""
+from flightapp.analysis.findings import Severity
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +27,13 @@ def verdict_of(summary: dict[str, Any]) -> Verdict:
     return Verdict(level, _headline(summary), (*broken, *remarks))
 
 
+def one_line(summary: dict[str, Any]) -> str:
+    """The headline and how much was found, for a terminal."""
+    count = {severity: len(_found(summary, severity)) for severity in (Severity.FAILURE, Severity.WARNING)}
+    told = [f"{number} {severity.name.lower()}{'s' * (number != 1)}" for severity, number in count.items() if number]
+    return f"{_headline(summary)}; {', '.join(told) or 'no failures or warnings'}"
+
+
 def _headline(summary: dict[str, Any]) -> str:
     outcome, time_s = summary["outcome"], summary["capture_time_s"]
     if outcome == "captured":
@@ -41,20 +47,12 @@ def _headline(summary: dict[str, Any]) -> str:
 
 
 def _broken(summary: dict[str, Any]) -> list[str]:
-    found = []
-    clearance, separation = summary["min_obstacle_clearance_m"], summary["min_separation_m"]
-    required, gap = summary["separation_required_m"], summary["setpoint_gap_max_ms"]
-    if clearance is not None and clearance < 0.0:
-        found.append(f"contact with an obstacle (clearance {clearance:.2f} m)")
-    if separation is not None and required is not None and separation < required:
-        found.append(f"separation {separation:.2f} m below the required {required:.2f} m")
-    if gap is not None and gap > GAP_MAX_MS:
-        found.append(f"a gap of {gap:.0f} ms in the setpoints")
-    return found
+    return _found(summary, Severity.FAILURE)
 
 
 def _remarks(summary: dict[str, Any]) -> list[str]:
-    found = [f"{error['vehicle']}: {error['text']}" for error in summary["errors"]]
+    found = _found(summary, Severity.WARNING)
+    found += [f"{error['vehicle']}: {error['text']}" for error in summary["errors"]]
     clearance, wanted = summary["min_obstacle_clearance_m"], summary["clearance_wanted_m"]
     if clearance is not None and wanted is not None and 0.0 <= clearance < wanted:
         found.append(f"the clearance to an obstacle fell to {clearance:.2f} m, below the safety margin of {wanted:.2f} m")
@@ -64,3 +62,9 @@ def _remarks(summary: dict[str, Any]) -> list[str]:
     if summary["dropped"]:
         found.append(f"{summary['dropped']} messages were not recorded")
     return found
+
+
+def _found(summary: dict[str, Any], severity: Severity) -> list[str]:
+    """What the analysers found of this severity, one clause each."""
+    chosen = [finding for finding in summary["findings"] if finding["severity"] == severity.name.lower()]
+    return [f"{finding['vehicle']}: {finding['title']}" if finding["vehicle"] else finding["title"] for finding in chosen]

@@ -124,7 +124,7 @@ def write_step(
     if not TAKEOFF_S <= t_s <= LAND_S:
         return mode
     prey = MOTIONS["e1"].position(t_s) + random.normal(0, 0.15, 3)
-    distance = float(np.linalg.norm(prey - position))
+    distance = float(np.linalg.norm(MOTIONS["e1"].position(t_s) - position))
     if camera:
         recorder.log(
             "/target",

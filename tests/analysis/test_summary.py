@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from flightapp.analysis import report, write_picture, write_report, write_summary
+from flightapp.analysis.findings import Finding, Severity, as_json
 from flightapp.analysis.outcome import fold_outcome
 from flightapp.analysis.run import load_run
 from flightapp.analysis.summary import Summary
-from flightapp.analysis.verdict import verdict_of
+from flightapp.analysis.verdict import one_line, verdict_of
 from flightapp.core.errors import InputError
 from flightapp.recording import messages
 from flightapp.recording.health import check_rates
@@ -96,12 +97,14 @@ def test_verdict_of_a_good_run(summary: Summary) -> None:
 
 
 def test_what_broke_a_limit_is_said(summary: Summary) -> None:
-    worse = summary | {"min_obstacle_clearance_m": -0.1, "min_separation_m": 1.0, "setpoint_gap_max_ms": 900.0}
-    verdict = verdict_of(worse)
-    assert verdict.level == "bad"
-    assert len(verdict.reasons) == 3
-    close = verdict_of(summary | {"min_obstacle_clearance_m": 0.2})
-    assert (close.level, len(close.reasons)) == ("attention", 1)
+    broken = as_json(Finding("separation", Severity.FAILURE, "separation lost", "Too close.", vehicle="p1"))
+    close = as_json(Finding("battery", Severity.WARNING, "reserve used", "15 % was left.", vehicle="p2"))
+    verdict = verdict_of(summary | {"findings": [broken, close]})
+    assert (verdict.level, verdict.reasons) == ("bad", ("p1: separation lost", "p2: reserve used"))
+    assert one_line(summary | {"findings": [broken, close]}).endswith("; 1 failure, 1 warning")
+    assert verdict_of(summary | {"findings": [close]}).level == "attention"
+    margin = verdict_of(summary | {"min_obstacle_clearance_m": 0.2})
+    assert (margin.level, len(margin.reasons)) == ("attention", 1)
     assert verdict_of(summary | {"outcome": "timeout", "capture_time_s": None}).level == "attention"
     error = {"t_s": T0_S, "vehicle": "p1", "name": "fault", "text": "no depth frames"}
     fault = verdict_of(summary | {"outcome": "fault", "errors": [error]})
