@@ -29,9 +29,11 @@ pytest: $(VENV)/.ok
 install-nuc:
 	DESTDIR='$(DESTDIR)' PROGRAM='$(PROGRAM)' PIXHAWK_SERIAL='$(PIXHAWK_SERIAL)' tools/deploy/install.sh
 
+# pip compiles on one core; compileall does the same on all of them.
 $(VENV)/.ok: pyproject.toml requirements.txt
 	python3 -m venv $(VENV)
-	PIP_CONSTRAINT=requirements.txt $(PY) -m pip install --quiet --disable-pip-version-check -e '.[dev,realsense]'
+	PIP_CONSTRAINT=requirements.txt $(PY) -m pip install --quiet --disable-pip-version-check --no-compile -e '.[dev,realsense]'
+	$(PY) -m compileall -qq -j 0 $(VENV)/lib
 	$(PY) -m flightapp.warm_up
 	touch $@
 

@@ -27,7 +27,7 @@ from flightapp.core.types import Limits
 
 ROOT = Path(__file__).parents[2]
 SCENARIO = ROOT / "missions/scenarios/a2-dense.toml"
-STEPS = 1500
+STEPS = 800
 ORCA = ("pyrvo, ORCA step alone, 40 neighbours", "pyrvo, ORCA from an observation, 40 discs")
 NAMES = [
     "planner, coarse step",
@@ -49,7 +49,7 @@ AIMS_MS = {"planner, coarse step": 0.05, "planner, fine step": 0.25, PLAIN: 2.0,
 
 @pytest.fixture(scope="module")
 def result() -> dict[str, Any]:
-    return run_bench(ROOT / "missions/demo_two_pursuers.toml", ROOT / "profiles/sim.toml", SCENARIO, 0.5, STEPS)
+    return run_bench(ROOT / "missions/demo_two_pursuers.toml", ROOT / "profiles/sim.toml", SCENARIO, 0.15, STEPS)
 
 
 @pytest.fixture(scope="module")
