@@ -10,7 +10,7 @@ from contextlib import asynccontextmanager, suppress
 from flightapp.fleet.security.refusals import ZenohLog, connected_names, refusals
 from flightapp.runtime.rooms import Rooms
 
-PERIOD_S = 1.0
+PERIOD_S = 0.5
 SENTENCES_MAX = 64
 """Who invents keys must not flood the recording."""
 

@@ -12,14 +12,14 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Mapping
+from itertools import pairwise
 
 import zenoh
 
 LEVELS = "off,zenoh_link_commons=warn,zenoh_link_tls=warn,zenoh::net::routing::interceptor=trace"
-READ_MAX_BYTES = 1 << 18
-"""Of what was written since the last look; in a flood the oldest of it goes uncounted."""
+READ_MAX_BYTES = 1 << 16
+"""Of what was written since the last look, so that reading never keeps a control loop; in a flood the oldest goes uncounted."""
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
-_MESSAGE = re.compile(r"(\w+)(?: on \S+)? is unauthorized to ([\w/ ]+) \(ingress\) on (\S+)\n[^\n]*Msg intercepted!")
 _CONNECTION = re.compile(r"invalid peer certificate: (\w+)|received fatal alert: (\w+)|(peer sent no certificates)")
 
 
@@ -43,13 +43,24 @@ class ZenohLog:
 
 def refusals(log: str, names: Mapping[str, str]) -> Counter[str]:
     """How often what was refused, as sentences. names: certificate's common name of each Zenoh session that is connected."""
-    text = _COLOUR.sub("", log)
     found: Counter[str] = Counter()
-    for session, message, place in _MESSAGE.findall(text):
-        found[f"'{names.get(session, session)}' may not {message.lower()} on {place}"] += 1
-    for reasons in _CONNECTION.findall(text):
-        found[f"a connection without a valid certificate: {''.join(reasons)}"] += 1
+    for before, line in pairwise(["", *log.split("\n")]):
+        if "Msg intercepted!" in line:
+            found.update(_message(_COLOUR.sub("", before), names))
+        elif "certificate" in line or "alert" in line:
+            for reasons in _CONNECTION.findall(line):
+                found[f"a connection without a valid certificate: {''.join(reasons)}"] += 1
     return found
+
+
+def _message(line: str, names: Mapping[str, str]) -> list[str]:
+    """From `... SESSION[ on LINK] is unauthorized to MESSAGE (ingress) on KEY`."""
+    who, separator, what = line.partition(" is unauthorized to ")
+    message, incoming, place = what.partition(" (ingress) on ")
+    if not (separator and incoming):
+        return []
+    session = who.partition(" on ")[0].rpartition(" ")[2]
+    return [f"'{names.get(session, session)}' may not {message.lower()} on {place}"]
 
 
 def connected_names(session: zenoh.Session) -> dict[str, str]:
