@@ -25,8 +25,12 @@ from flightapp.fleet.election.beacon import Beacon, Role
 from flightapp.fleet.election.memory import Memory
 from flightapp.fleet.election.timing import Timing
 
+PERIODS = {Role.FOLLOWER: 2.0, Role.SEEKING: 0.5, Role.CANDIDATE: 0.5, Role.LEADER: 1.0}
+"""Between two beacons. A follower answers whenever it is asked and rarely speaks by itself; an election is in a hurry."""
 GIVEN_WAY_PERIODS = 2.0
 """A candidate is heard of within so many beacon periods of its first backing."""
+CANDIDATES_SPREAD = 3.0
+"""How much further apart candidates give up than followers lose patience: the next to ask must be heard before the other asks."""
 
 
 class Election:
@@ -80,8 +84,7 @@ class Election:
         answers = asked and self.role is Role.FOLLOWER
         if not answers and (self.memory, self.role) == before and now_s < self._beacon_due_s:
             return ()
-        patience = 2.0 if self.role is Role.FOLLOWER else 1.0  # A follower speaks when it is asked; otherwise seldom.
-        self._beacon_due_s = now_s + patience * self._timing.beacon_period_s
+        self._beacon_due_s = now_s + PERIODS[self.role] * self._timing.beacon_period_s
         return (Beacon(now_s, self.term, self.role, tuple(self._backs.items())),)
 
     def _hear(self, sender: str, beacon: Beacon, now_s: float) -> None:
@@ -107,7 +110,7 @@ class Election:
             self._become(Role.FOLLOWER, now_s, self._timeout_s())
         elif self.role is Role.SEEKING and self._is_backed(now_s) and self._has_given_way(now_s):
             self.memory = Memory(self.term + 1, self.name)
-            self._become(Role.CANDIDATE, now_s, self._timeout_s())
+            self._become(Role.CANDIDATE, now_s, self._timeout_s(CANDIDATES_SPREAD))
         elif self.role in (Role.FOLLOWER, Role.CANDIDATE) and now_s >= self._patient_until_s:
             self._become(Role.SEEKING, now_s, math.inf)
         if self.role is Role.CANDIDATE and self._is_backed(now_s):
@@ -149,7 +152,7 @@ class Election:
         """The order among the roster in this term."""
         return (self._roster.index(name) + self.term) % len(self._roster)
 
-    def _timeout_s(self) -> float:
+    def _timeout_s(self, spread: float = 1.0) -> float:
         """The same for the same member and term."""
         part = (self._slot(self.name) + Random(f"{self._seed} {self.name} {self.term}").random()) / len(self._roster)
-        return self._timing.timeout_min_s + part * (self._timing.timeout_max_s - self._timing.timeout_min_s)
+        return self._timing.timeout_min_s + spread * part * (self._timing.timeout_max_s - self._timing.timeout_min_s)
