@@ -8,7 +8,7 @@ import os
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from typer.core import TyperGroup
@@ -92,6 +92,7 @@ def fly(
         sys.executable,
         [
             *(sys.executable, "-m", "flightapp.runtime.deadman", str(hardware.control.deadman_timeout_s)),
+            *("--autopilot", hardware.autopilot.connection_url, str(loaded.vehicle(vehicle).system_id)),
             *(sys.executable, *child),
         ],
     )
@@ -242,20 +243,29 @@ def report(
     run: Annotated[list[Path], typer.Argument(help="A run folder, recordings, or one log of PX4 (.ulg).")],
     as_json: Json = False,
     output: Annotated[Path | None, typer.Option("--output", help="Folder for a .ulg's report; default beside the log.")] = None,
+    fail_on: Annotated[
+        Literal["warning", "failure"] | None,
+        typer.Option("--fail-on", help="Exit with status 1 where something as bad as this was found."),
+    ] = None,
 ) -> None:
-    """Write report.html and summary.json from one or more recordings, or from one log of PX4.
+    """Write report.html and summary.json from recordings, one or more run folders of one flight, or one log of PX4.
 
-    Example: flightapp report runs/20260601-101500-demo_two_pursuers
+    Exit status: 0 the report is written, whatever was found; 1 with --fail-on; 2 bad input.
+
+    Example: flightapp report runs/20260601-101500-demo_two_pursuers --fail-on failure
     """
     from flightapp.analysis import report as write
+    from flightapp.analysis.findings import reaches
     from flightapp.analysis.ulog.command import log_among, report_log
 
     if (flight := log_among(run, output)) is not None:
         told = report_log(flight, output)
         print(json.dumps(told.summary, indent=2) if as_json else told.text())
-        return
+        raise typer.Exit(1 if reaches(told.summary, fail_on) else 0)
     summary, page = write(run)
-    print(json.dumps(summary, indent=2) if as_json else f"outcome: {summary['outcome']}\nreport:  {page}")
+    short = f"outcome: {summary['outcome']}\nverdict: {summary['headline']}\nreport:  {page}"
+    print(json.dumps(summary, indent=2) if as_json else short)
+    raise typer.Exit(1 if reaches(summary, fail_on) else 0)
 
 
 @app.command()

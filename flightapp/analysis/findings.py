@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import Any
 
 
 class Severity(IntEnum):
@@ -42,6 +43,14 @@ class Finding:
 def worst(findings: tuple[Finding, ...] | list[Finding]) -> Severity:
     """The worst severity of all; OK where there is nothing."""
     return max((finding.severity for finding in findings), default=Severity.OK)
+
+
+def reaches(summary: Mapping[str, Any], least: str | None) -> bool:
+    """Whether a summary, ours or of an autopilot's log, holds a finding as bad as `least`, in the logs beside it too."""
+    if least is None:
+        return False
+    told = [*summary["findings"], *(one for log in summary.get("autopilot_logs", ()) for one in log.get("findings", ()))]
+    return any(Severity[one["severity"].upper()] >= Severity[least.upper()] for one in told)
 
 
 def as_json(finding: Finding) -> dict[str, object]:

@@ -8,13 +8,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from flightapp.analysis import report, write_picture, write_report, write_summary
-from flightapp.analysis.findings import Finding, Severity, as_json
+from flightapp.analysis.findings import Finding, Severity, as_json, reaches
 from flightapp.analysis.outcome import fold_outcome
 from flightapp.analysis.run import load_run
 from flightapp.analysis.summary import Summary
 from flightapp.analysis.verdict import one_line, verdict_of
+from flightapp.cli import app
 from flightapp.core.errors import InputError
 from flightapp.recording import messages
 from flightapp.recording.health import check_rates
@@ -221,3 +223,13 @@ def test_one_outcome_out_of_many(tmp_path: Path, outcomes: dict[str, str | None]
             recorder.log("/phase", messages.Phase(T0_S, "pursue", "", None), T0_S)
             recorder.log("/phase", messages.Phase(T0_S + 5.0, "return", "", outcome), T0_S + 5.0)
     assert fold_outcome(load_run([tmp_path])) == folded
+
+
+def test_what_was_found_decides_the_exit_status_only_when_asked(run: Path, summary: Summary) -> None:
+    warned = summary | {"findings": [as_json(Finding("battery", Severity.WARNING, "reserve used", "15 % was left."))]}
+    assert [reaches(warned, least) for least in (None, "failure", "warning")] == [False, False, True]
+    beside = summary | {"autopilot_logs": [{"findings": [as_json(Finding("gps", Severity.FAILURE, "no fix", "None."))]}, {}]}
+    assert reaches(beside, "failure")
+    told = CliRunner().invoke(app, ["report", str(run), "--fail-on", "failure"])
+    assert told.exit_code == 0
+    assert "verdict: The evader was captured after 33.0 s; no failures or warnings" in told.output
