@@ -3,34 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections import Counter
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 
-from flightapp.fleet.security.refusals import ZenohLog, connected_names, refusals
+from flightapp.fleet.security.refusals import RefusalReport, ZenohLog, connected_names, refusals
 from flightapp.runtime.rooms import Rooms
 
 PERIOD_S = 0.5
-SENTENCES_MAX = 64
-"""Who invents keys must not flood the recording."""
-
-
-class RefusalReport:
-    """Tells a sentence when it is new and whenever its count has grown tenfold."""
-
-    def __init__(self, tell: Callable[[str], None]) -> None:
-        self._tell = tell
-        self._counts: Counter[str] = Counter()
-        self._told: dict[str, int] = {}
-
-    def add(self, found: Counter[str]) -> None:
-        for sentence, count in found.items():
-            if sentence not in self._told and len(self._told) >= SENTENCES_MAX:
-                continue
-            self._counts[sentence] += count
-            if self._counts[sentence] >= 10 * self._told.get(sentence, 0):
-                self._told[sentence] = self._counts[sentence]
-                self._tell(f"refused: {sentence} ({self._counts[sentence]} times so far)")
 
 
 @asynccontextmanager

@@ -11,7 +11,7 @@ import os
 import re
 import sys
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 
 import zenoh
@@ -19,6 +19,8 @@ import zenoh
 LEVELS = "off,zenoh_link_commons=warn,zenoh_link_tls=warn,zenoh::net::routing::interceptor=trace"
 READ_MAX_BYTES = 1 << 16
 """Of what was written since the last look, so that reading never keeps a control loop; in a flood the oldest goes uncounted."""
+SENTENCES_MAX = 64
+"""Who invents keys must not flood the recording."""
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _CONNECTION = re.compile(r"invalid peer certificate: (\w+)|received fatal alert: (\w+)|(peer sent no certificates)")
 
@@ -66,3 +68,21 @@ def _message(line: str, names: Mapping[str, str]) -> list[str]:
 def connected_names(session: zenoh.Session) -> dict[str, str]:
     """Common name of the certificate by identifier of the Zenoh session that showed it."""
     return {str(link.zid): link.auth_identifier for link in session.info.links() if link.auth_identifier}
+
+
+class RefusalReport:
+    """Tells a sentence when it is new and whenever its count has grown tenfold."""
+
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        self._tell = tell
+        self._counts: Counter[str] = Counter()
+        self._told: dict[str, int] = {}
+
+    def add(self, found: Counter[str]) -> None:
+        for sentence, count in found.items():
+            if sentence not in self._told and len(self._told) >= SENTENCES_MAX:
+                continue
+            self._counts[sentence] += count
+            if self._counts[sentence] >= 10 * self._told.get(sentence, 0):
+                self._told[sentence] = self._counts[sentence]
+                self._tell(f"refused: {sentence} ({self._counts[sentence]} times so far)")

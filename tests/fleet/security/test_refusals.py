@@ -2,8 +2,7 @@
 
 from collections import Counter
 
-from flightapp.fleet.security.refusals import refusals
-from flightapp.runtime.refusal_watch import SENTENCES_MAX, RefusalReport
+from flightapp.fleet.security.refusals import SENTENCES_MAX, RefusalReport, refusals
 
 LOG = (
     "2026 TRACE rx-0 access_control: Using cached result: abc is unauthorized to Put (ingress) on flightapp/f/e1/state\n"
