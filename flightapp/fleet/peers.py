@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flightapp.fleet.admission import Admission
+from flightapp.fleet.admission import Admission, Verdict
 from flightapp.fleet.messages.intent import INTENT, Intent
 from flightapp.fleet.messages.state import STATE
 from flightapp.fleet.post import Post
@@ -15,6 +15,11 @@ class Peer:
     def __init__(self, admission: Admission) -> None:
         self._admission = admission
         self.state: SharedState | None = None
+
+    @property
+    def taken(self) -> int:
+        """States that were taken."""
+        return self._admission.counts[Verdict.TAKEN]
 
     @property
     def lost(self) -> int:

@@ -20,6 +20,9 @@ ACTIVE_PHASES = ("ready", "pursue")
 FORGOTTEN_S = 10.0
 EXTRAPOLATION_MAX_S = 0.5
 CUT_OUT_MARGIN_M = 0.4
+LOST_AGE_S = 0.7
+LOST_PERIODS = 5
+"""Of the last state of a teammate that counts as lost: 14 messages in a row at 20 Hz."""
 LEFT_AGE_MAX_S = 0.2
 """Of the last state of a vehicle whose liveliness token went: a few periods, in which one may be lost without harm."""
 
@@ -87,6 +90,7 @@ class Teamwork:
 
     def note_silence(self, now_s: float) -> None:
         """An event when a vehicle that was heard falls silent, and when it is heard again."""
+        lost_s = max(LOST_AGE_S, LOST_PERIODS / self._rooms.profile.network.state_rate_hz)
         for name in self._roster.poll():
             self._rooms.journal.event("warning", "network", f"{name} is on the fleet's network and not of the mission", peer=name)
         for name, peer in self._rooms.team.peers.items():
@@ -94,7 +98,7 @@ class Teamwork:
             if state is None or state.phase == "done":
                 continue
             age_s = now_s - state.t_s
-            limit_s = LEFT_AGE_MAX_S if name in self._roster.left else self._rooms.profile.safety.team_state_age_max_s
+            limit_s = LEFT_AGE_MAX_S if name in self._roster.left else lost_s
             if age_s > limit_s and name not in self._silent:
                 self._silent.add(name)
                 self._rooms.journal.event("warning", "teammate_lost", f"{name} silent for {age_s:.1f} s", peer=name)
