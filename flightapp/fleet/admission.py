@@ -24,8 +24,8 @@ class Admission:
     """Judges one sender's messages of one kind, in the order in which they arrive.
 
     Order is judged by the sender's own, uncorrected stamps: its clock never steps back while its process lives, the measured
-    correction may. After a silence as long as the greatest age that is taken, the sender may be a new process, whose clock and
-    counting begin anew: whatever it sent before would be too late by then.
+    correction may. After a silence of the greatest age that is taken and the tolerance, the sender may be a new process, whose clock
+    and counting begin anew: whatever it sent before would be too late by then.
     """
 
     def __init__(self, age_max_s: float) -> None:
@@ -57,7 +57,7 @@ class Admission:
         if -self.ahead_s > self._age_max_s:
             return Verdict.LATE
         newest = self.newest
-        if newest is not None and now_s - self._taken_s <= self._age_max_s and raw_s <= self._raw_s:
+        if newest is not None and now_s - self._taken_s <= self._age_max_s + FUTURE_TOLERANCE_S and raw_s <= self._raw_s:
             return Verdict.REPEATED if header.sequence == newest.sequence else Verdict.REORDERED
         if newest is not None:
             self.lost += max(0, header.sequence - newest.sequence - 1)
