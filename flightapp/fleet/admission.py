@@ -24,8 +24,8 @@ class Admission:
     """Judges one sender's messages of one kind, in the order in which they arrive.
 
     Order is judged by the sender's own, uncorrected stamps: its clock never steps back while its process lives, the measured
-    correction may. After a silence of the greatest age that is taken and the tolerance, the sender may be a new process, whose clock
-    and counting begin anew: whatever it sent before would be too late by then.
+    correction may. After a silence of the greatest age that is taken and the tolerance, the sender may be a new process, whose
+    clock and counting begin anew: whatever it sent before would be too late by then.
     """
 
     def __init__(self, age_max_s: float) -> None:
