@@ -101,8 +101,7 @@ class _Story:
             return
         if self._is_pursuer:
             self._write_senses(step, t_s)
-        if self._is_pursuer:
-            self._write_decision(t_s, velocity, yaw)
+        self._write_decision(t_s, velocity, yaw)
         acting = [["yaw-rate", "turn of -3 deg wanted, -1.7 deg fit into this period"]] if step % 3 == 0 else []
         setpoint = messages.SetpointRecord(
             now_s + 0.002, velocity, yaw, now_s - 0.03 if self._is_pursuer else None, self._is_pursuer, acting, 1.4
