@@ -72,6 +72,7 @@ def _of(topic: Topic | None, shift: Shift, columns: dict[str, str]) -> list[Figu
     if topic is None:
         return []
     known = [(name, values) for column, name in columns.items() if (values := topic.column(column)) is not None]
+    known = [(name, values) for name, values in known if np.isfinite(values).any()]
     return [_line(name, shift(topic.t_s), values, number) for number, (name, values) in enumerate(known)]
 
 

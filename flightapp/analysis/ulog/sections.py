@@ -37,7 +37,8 @@ def findings_table(findings: Sequence[Finding]) -> str:
 def entries_table(entries: Sequence[Entry]) -> str:
     """The autopilot's own time line; its times are the page's."""
     rows = "".join(
-        f'<tr><td>{entry.t_s:.2f}</td><td><span class="badge {escape(entry.level)}">{escape(entry.name)}</span></td>'
+        f"<tr><td>{round(entry.t_s, 2) + 0.0:.2f}</td>"
+        f'<td><span class="badge {escape(entry.level)}">{escape(entry.name)}</span></td>'
         f"<td>{escape(entry.text)}</td></tr>"
         for entry in entries
     )
