@@ -24,7 +24,11 @@ def run_analyser(analyser: Analyser, log: FlightLog) -> list[Finding]:
     if missing:
         names = " and ".join(need.replace("|", " or ") for need in missing)
         return [not_known(analyser.name, f"{names} was not logged")]
-    return analyser.examine(log) or [Finding(analyser.name, Severity.OK, "nothing found", "Looked at; nothing to complain of.")]
+    try:
+        found = analyser.examine(log)
+    except Exception as error:  # damaged values may break any of them; the others must still speak
+        return [not_known(analyser.name, f"its data are damaged ({type(error).__name__})")]
+    return found or [Finding(analyser.name, Severity.OK, "nothing found", "Looked at; nothing to complain of.")]
 
 
 def not_known(analyser: str, why: str) -> Finding:

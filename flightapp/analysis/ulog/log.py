@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,6 +17,10 @@ from flightapp.core.errors import InputError
 from flightapp.core.types import Array
 
 MAGIC = b"ULog\x01\x12\x35"
+HEADER_LENGTH = 16
+_DEFINITION_KINDS, _DATA_KINDS = frozenset(b"BFIMPQ"), frozenset(b"ALC")
+LENGTH_MAX_S = 86_400.0
+"""A sample further from the start of its log has a damaged time."""
 ARMED = 2
 """vehicle_status.arming_state"""
 
@@ -103,6 +108,8 @@ def load_log(path: Path, topics: Sequence[str] | None = None) -> FlightLog:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if not content.startswith(MAGIC):
         raise InputError(f"{path}: not a PX4 log: a .ulg file begins with 'ULog'")
+    if not _head_is_whole(content):
+        raise InputError(f"{path}: damaged in its head, where the layout of its data stands: nothing can be read")
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             parsed = ULog(io.BytesIO(content), None if topics is None else list(topics))
@@ -116,12 +123,27 @@ def load_log(path: Path, topics: Sequence[str] | None = None) -> FlightLog:
     return log
 
 
+def _head_is_whole(content: bytes) -> bool:
+    """Whether the definitions can be walked through up to the data, or to the end; in damaged ones the parser never returns."""
+    place = HEADER_LENGTH
+    while place + 3 <= len(content):
+        length, kind = struct.unpack_from("<HB", content, place)
+        if kind in _DATA_KINDS:
+            return True
+        if kind not in _DEFINITION_KINDS:
+            return False
+        place += 3 + length
+    return True
+
+
 def _log(path: Path, parsed: ULog) -> FlightLog:
     start_us = int(parsed.start_timestamp)
     topics: dict[str, list[Topic]] = {}
     for data in sorted(parsed.data_list, key=lambda one: (one.name, one.multi_id)):
         if len(data.data.get("timestamp", ())):
-            topics.setdefault(data.name, []).append(_topic(data.name, data.data, start_us))
+            topic = _topic(data.name, data.data, start_us)
+            if len(topic):
+                topics.setdefault(data.name, []).append(topic)
     ends = [float(one.t_s[-1]) for instances in topics.values() for one in instances]
     return FlightLog(
         path=path,
@@ -141,6 +163,7 @@ def _log(path: Path, parsed: ULog) -> FlightLog:
 
 def _topic(name: str, columns: Mapping[str, Array], start_us: int) -> Topic:
     t_s: Array = ((columns["timestamp"].astype(np.int64) - start_us) * 1e-6).astype(np.float64)
-    order = np.argsort(t_s, kind="stable")
+    possible = np.flatnonzero(np.abs(t_s) < LENGTH_MAX_S)
+    order = possible[np.argsort(t_s[possible], kind="stable")]
     fields: dict[str, Array] = {key: values[order].astype(np.float64) for key, values in columns.items() if key != "timestamp"}
     return Topic(name, t_s[order], fields)
