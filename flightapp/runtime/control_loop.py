@@ -20,6 +20,7 @@ from flightapp.core.clearance import NO_OBSTACLE_M, clearance_m
 from flightapp.core.types import Decision, Observation, ObstacleSet, Setpoint, TargetTrack, VehicleState
 from flightapp.fleet.messages.command import Command
 from flightapp.runtime.fleet_time import FleetTime
+from flightapp.runtime.heartbeat import ACTIVE, CLIMBING, IDLE
 from flightapp.runtime.hover import Hover
 from flightapp.runtime.leadership import Leadership
 from flightapp.runtime.perception_thread import PerceptionThread
@@ -34,6 +35,7 @@ STATUS_PERIOD_S = 1.0
 TEAM_PERIOD_S = 0.1
 MOTION_EXTRAPOLATION_MAX_S = 0.3
 LATENESS_KEPT = 10_000
+CLIMBING_PHASES = ("arm", "takeoff")
 
 
 class Guidance(Enum):
@@ -167,7 +169,7 @@ class ControlLoop:
         if left or (self.guidance is not Guidance.NONE and not self.in_own_mode()):
             self.in_offboard = False
             self.guidance = Guidance.NONE  # One more setpoint would restart MAVSDK's own stream against the pilot.
-        rooms.heartbeat.beat(active=self.guidance is not Guidance.NONE or status.armed)
+        rooms.heartbeat.beat(self._stage(status.armed))
         self._fleet_time.poll(now_s)
         rooms.team.poll(now_s)
         self.leadership.poll(now_s)
@@ -191,6 +193,12 @@ class ControlLoop:
                 self._gaps.pause()
             self._publish(now_s, motion, status.armed and status.landed_state != "ON_GROUND")
         self._record_slow(now_s)
+
+    def _stage(self, armed: bool) -> bytes:
+        """What the deadman is told. The wish to arm counts: the heartbeat that reports it comes up to a second later."""
+        if self.phase in CLIMBING_PHASES and not self.in_offboard:
+            return CLIMBING
+        return ACTIVE if armed or self.guidance is not Guidance.NONE else IDLE
 
     def _command(self, now_s: float, dt_s: float, own: VehicleState, own_age_s: float, new_frame: bool) -> None:
         rooms = self._rooms

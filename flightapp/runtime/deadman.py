@@ -3,9 +3,10 @@
 MAVSDK repeats the last offboard setpoint from a native thread at 20 Hz, also while our interpreter hangs, so PX4 would
 never notice. The deadman reads one byte a control period from a pipe. While the vehicle process says that setpoints may
 be flowing or that the vehicle is armed, silence of `timeout_s` means SIGKILL; the repeats stop with the process and PX4's own
-offboard-loss failsafe takes over. Outside OFFBOARD (take-off, return, landing) the autopilot goes on with the mode it is in.
-The deadman imports nothing that can hang, never talks to the autopilot, and reads the monotonic clock itself: it must not
-depend on anything of the process that it watches.
+offboard-loss failsafe takes over. Returning or landing the autopilot goes on with the mode it is in.
+A vehicle process that dies in its climb, where PX4 would go on to HOLD for ever, is followed by `vehicle.last_resort`, which
+lands the vehicle. The deadman imports nothing that can hang, does not talk to the autopilot itself, and reads the monotonic clock
+itself: it must not depend on anything of the process that it watches.
 """
 
 from __future__ import annotations
@@ -20,13 +21,15 @@ import time
 from collections.abc import Sequence
 from types import FrameType
 
-from flightapp.runtime.heartbeat import ACTIVE
+from flightapp.runtime.heartbeat import CLIMBING, IDLE
 
 EXIT_FAULT = 3
 
 
-def run_guarded(command: Sequence[str], timeout_s: float) -> int:
+def run_guarded(command: Sequence[str], timeout_s: float, last_resort: Sequence[str] = ()) -> int:
     """Run `command` (given `--heartbeat-fd N`) under the deadman; its exit status, or 3 when it had to be killed.
+
+    last_resort: a command that lands the vehicle, run after a death in the climb.
 
     SIGTERM and SIGINT are passed on, so that the vehicle process lands and closes its recording.
     """
@@ -40,29 +43,34 @@ def run_guarded(command: Sequence[str], timeout_s: float) -> int:
 
     signal.signal(signal.SIGTERM, forward)
     signal.signal(signal.SIGINT, forward)
-    silence_s = _watch(read_end, timeout_s)
-    if silence_s is None:
+    silence_s, stage = _watch(read_end, timeout_s)
+    if silence_s is not None:
+        child.kill()
+        status = _report(f"deadman: control loop silent for {silence_s * 1e3:.0f} ms; vehicle process killed, the autopilot acts")
+        child.wait()
+    else:
         status = child.wait()
-        return status if 0 <= status <= EXIT_FAULT else _report(f"vehicle process ended by itself with status {status}")
-    child.kill()
-    child.wait()
-    return _report(f"deadman: control loop silent for {silence_s * 1e3:.0f} ms; vehicle process killed, the autopilot acts")
+        if not 0 <= status <= EXIT_FAULT:
+            status = _report(f"vehicle process ended by itself with status {status}")
+    if stage == CLIMBING and last_resort:
+        subprocess.run(last_resort, check=False)
+    return status
 
 
-def _watch(descriptor: int, timeout_s: float) -> float | None:
-    """Length of the silence that is too long, or None when the child closed its end (it ended)."""
-    active = False
+def _watch(descriptor: int, timeout_s: float) -> tuple[float | None, bytes]:
+    """Length of the silence that is too long, None when the child closed its end (it ended); and what it told last."""
+    stage = IDLE
     last = time.monotonic()
     while True:
-        left = max(0.0, timeout_s - (time.monotonic() - last)) if active else None
+        left = None if stage == IDLE else max(0.0, timeout_s - (time.monotonic() - last))
         ready, _, _ = select.select([descriptor], [], [], left)
         now = time.monotonic()
         if not ready:
-            return now - last
+            return now - last, stage
         beats = os.read(descriptor, 4096)
         if not beats:
-            return None
-        active = beats[-1:] == ACTIVE
+            return None, stage
+        stage = beats[-1:]
         last = now
 
 
@@ -74,8 +82,12 @@ def _report(sentence: str) -> int:
 
 
 def main() -> None:
-    """`python -m flightapp.runtime.deadman TIMEOUT_S COMMAND...`: what `flightapp fly` becomes."""
-    sys.exit(run_guarded(sys.argv[2:], float(sys.argv[1])))
+    """`python -m flightapp.runtime.deadman TIMEOUT_S [--autopilot URL SYSTEM_ID] COMMAND...`: what `flightapp fly` becomes."""
+    timeout_s, command, last_resort = float(sys.argv[1]), sys.argv[2:], []
+    if command[:1] == ["--autopilot"]:
+        last_resort = [sys.executable, "-m", "flightapp.vehicle.last_resort", *command[1:3]]
+        command = command[3:]
+    sys.exit(run_guarded(command, timeout_s, last_resort))
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from flightapp.runtime.control_loop import ControlLoop, Guidance
 from flightapp.runtime.failsafe_conditions import TARGET_AGE_MAX_S, is_own_state_stale
 from flightapp.runtime.failsafe_watch import FailsafeWatch
 from flightapp.runtime.ground_checks import pass_checklist
+from flightapp.runtime.heartbeat import CLIMBING
 from flightapp.runtime.interruption import InterruptedMission, Next
 from flightapp.runtime.outcome import Outcome, outcome_of_team
 from flightapp.runtime.pace import NEWS_TIMEOUT_S, POLL_PERIOD_S, Pace
@@ -99,6 +100,7 @@ class Executive:
         rooms, loop, pace = self._rooms, self._loop, self._pace
         pace.enter("arm")
         self._failsafes.look()
+        await pace.until(lambda: rooms.heartbeat.last == CLIMBING, MODE_TIMEOUT_S, "the deadman was not told of the climb")
         self._arm_asked_s = rooms.clock.now_s()
         await rooms.autopilot.arm()
         self._failsafes.look()

@@ -7,6 +7,8 @@ import signal
 
 ACTIVE = b"a"
 """Setpoints may be flowing: silence from now on means kill."""
+CLIMBING = b"c"
+"""As ACTIVE, in a mode that no failsafe of the autopilot's own ends: whoever finds this process dead must land the vehicle."""
 IDLE = b"i"
 """Nothing depends on this process: silence is harmless."""
 
@@ -16,14 +18,18 @@ class Heartbeat:
 
     def __init__(self, descriptor: int | None) -> None:
         self._descriptor = descriptor
+        self.last = IDLE
+        """What was told last."""
         if descriptor is not None:
             os.set_blocking(descriptor, False)
 
-    def beat(self, active: bool) -> None:
+    def beat(self, stage: bytes) -> None:
+        """Tell ACTIVE, CLIMBING or IDLE."""
+        self.last = stage
         if self._descriptor is None:
             return
         try:
-            os.write(self._descriptor, ACTIVE if active else IDLE)
+            os.write(self._descriptor, stage)
         except BlockingIOError:
             return  # The pipe is full because the deadman is not reading; it will find plenty when it does.
         except BrokenPipeError:

@@ -23,7 +23,7 @@ from flightapp.fleet.team import Team
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.composition import build_perception, build_strategy, limits_of, surveyed_obstacles
 from flightapp.runtime.control_loop import ControlLoop
-from flightapp.runtime.heartbeat import Heartbeat
+from flightapp.runtime.heartbeat import IDLE, Heartbeat
 from flightapp.runtime.inputs import check_inputs
 from flightapp.runtime.journal import Journal
 from flightapp.runtime.leadership import memory_path
@@ -152,7 +152,7 @@ async def running_loop(opened: Opened, on_command: Callable[[Command], tuple[boo
             with suppress(asyncio.CancelledError):
                 await task
             rooms.autopilot.close()  # The deadman watches until MAVSDK, and with it its repeats, is gone.
-            rooms.heartbeat.beat(active=False)
+            rooms.heartbeat.beat(IDLE)
 
 
 async def _publish_the_end(loop: ControlLoop) -> None:

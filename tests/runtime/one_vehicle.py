@@ -19,6 +19,7 @@ from tests.runtime.mavlink_relay import MavlinkRelay
 
 ROOT = Path(__file__).parents[2]
 OFFBOARD = 6
+TAKEOFF = 4 | 2 << 8
 LAND = 4 | 6 << 8
 POSITION_CONTROL = 3
 
@@ -91,6 +92,7 @@ def one_vehicle(
     child = [sys.executable, *process_path]
     child += ["--mission", str(mission_path), "--profile", str(files.profile), "--vehicle", "e1", "--run", str(run)]
     guard = [sys.executable, "-m", "flightapp.runtime.deadman", str(profile.control.deadman_timeout_s)]
+    guard += ["--autopilot", load_profile(files.profile).autopilot.connection_url, str(loaded.vehicle("e1").system_id)]
     with (run / "e1.log").open("w") as log:
         process = subprocess.Popen([*guard, *child] if deadman else child, stderr=log, stdout=log, text=True, cwd=ROOT)
     vehicle = OneVehicle(relay, process, run, mock_log)

@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 from flightapp.recording.reader import read_recording
-from tests.runtime.one_vehicle import LAND, one_vehicle, until
+from tests.runtime.one_vehicle import LAND, TAKEOFF, one_vehicle, until
 
 HANGING = Path(__file__).with_name("hanging_vehicle.py")
 
@@ -40,6 +40,15 @@ def test_setpoints_stop_within_half_a_second_and_the_failsafe_follows(tmp_path: 
         recording = read_recording(vehicle.run / "e1.mcap")
         assert not recording.complete
         assert struck_unix_s - recording.topic("/setpoint").t_s[-1] < 0.5
+
+
+def test_a_vehicle_whose_process_dies_in_the_climb_is_landed(tmp_path: Path) -> None:
+    """No failsafe of PX4's own would: it would hold at the mission height until its battery is empty."""
+    with one_vehicle(tmp_path) as vehicle:
+        until(lambda: vehicle.relay.mode() == TAKEOFF, 40.0, "take-off", vehicle)
+        vehicle.vehicle_process().send_signal(signal.SIGKILL)
+        until(lambda: vehicle.relay.mode() == LAND, 30.0, "landing", vehicle)
+        assert vehicle.process.wait(timeout=30) == 3
 
 
 def test_without_the_deadman_mavsdk_goes_on_and_the_failsafe_never_acts(tmp_path: Path) -> None:

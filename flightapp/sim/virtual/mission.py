@@ -26,7 +26,7 @@ from flightapp.recording.sink import OpenFile, create_file
 from flightapp.runtime.composition import build_strategy, limits_of, surveyed_obstacles
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.executive import Executive
-from flightapp.runtime.heartbeat import Heartbeat
+from flightapp.runtime.heartbeat import CLIMBING, IDLE, Heartbeat
 from flightapp.runtime.journal import Journal
 from flightapp.runtime.leadership import memory_path
 from flightapp.runtime.outcome import Outcome
@@ -36,6 +36,7 @@ from flightapp.safety.supervisor import make_supervisor
 from flightapp.sim.autopilot_frames import Frames, displaced_origin
 from flightapp.sim.autopilot_parameters import Value
 from flightapp.sim.fault_script import FaultScript
+from flightapp.sim.mavlink_dialect import mavlink
 from flightapp.sim.mock_autopilot import Setup, frame_limits, make_station
 from flightapp.sim.multirotor import Wind
 from flightapp.sim.virtual.autopilot import VirtualAutopilot
@@ -44,10 +45,12 @@ from flightapp.sim.virtual.event_loop import VirtualClock, VirtualEventLoop
 from flightapp.sim.virtual.fleet import VirtualFleet, VirtualVehicle, Watch
 from flightapp.sim.virtual.network import VirtualNetwork
 from flightapp.sim.virtual.rendered_camera import RenderedSource, perception_of
+from flightapp.vehicle.last_resort import COMPANION, TIMEOUT_S, Advice, advice
 from flightapp.vehicle.pose_history import PoseHistory
 
 PARAMETERS: dict[str, Value] = {"COM_OBL_RC_ACT": 4, "COM_RC_OVERRIDE": 3, "COM_LOW_BAT_ACT": 3}
 DEADMAN_CHECK_S = 0.05
+HEARTBEAT_S = 1.0
 TIME_LIMIT_S = 900.0
 
 
@@ -140,6 +143,21 @@ async def _flight(one: VirtualVehicle) -> None:
             task.cancel()
         await asyncio.gather(*one.tasks, return_exceptions=True)
         one.autopilot.close()
+    if one.rooms.heartbeat.last == CLIMBING:
+        await _last_resort(one)
+
+
+async def _last_resort(one: VirtualVehicle) -> None:
+    """What `vehicle.last_resort` does over the link that the dead process has left, once for every heartbeat."""
+    packer = mavlink.MAVLink(None, srcSystem=one.rooms.vehicle.system_id, srcComponent=COMPANION)
+    land = mavlink.MAVLink_command_long_message(one.rooms.vehicle.system_id, 1, mavlink.MAV_CMD_NAV_LAND, 0, *(0.0,) * 7)
+    core = one.station.core
+    end_s = one.rooms.clock.now_s() + TIMEOUT_S
+    while one.rooms.clock.now_s() < end_s:
+        await asyncio.sleep(HEARTBEAT_S)
+        if advice(mavlink.MAV_MODE_FLAG_SAFETY_ARMED if core.armed else 0, core.mode.custom_mode) is not Advice.LAND:
+            return
+        one.station.receive(land.pack(packer))
 
 
 async def _mission(one: VirtualVehicle) -> None:
@@ -170,7 +188,7 @@ class _Beating:
             now_s = self._one.rooms.clock.now_s()
             if self._one.loop.ticks != self._ticks:
                 self._ticks, self._since_s = self._one.loop.ticks, now_s
-            elif now_s - self._since_s > timeout_s and self._one.autopilot.status().armed:
+            elif now_s - self._since_s > timeout_s and self._one.rooms.heartbeat.last != IDLE:
                 self._one.error = f"deadman: control loop silent for {now_s - self._since_s:.2f} s"
                 self._one.outcome = Outcome.FAULT
                 return

@@ -1,0 +1,92 @@
+"""The last thing that is done for a vehicle whose process has died in its climb: it is landed, unless somebody else flies it.
+
+Once OFFBOARD is flown, PX4's own failsafe brings a vehicle down when the setpoints end. Before, in TAKEOFF and the HOLD that
+follows, nothing of PX4's own would ever end the flight. The deadman starts this as a process of its own when the vehicle process,
+and with it MAVSDK, is gone and the link is free; raw MAVLink, nothing of the app's state. Whatever mode is flown that the climb
+did not ask for is somebody's choice: then nothing is commanded.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from enum import Enum
+from typing import Any
+
+from flightapp.core.clock import monotonic_ns
+
+os.environ.setdefault("MAVLINK20", "1")
+
+from pymavlink import mavutil
+from pymavlink.dialects.v20 import common as mavlink
+
+TIMEOUT_S = 20.0
+COMPANION = 191
+"""MAVLink component id of an onboard computer."""
+AUTO, TAKEOFF, LOITER, LAND = 4, 2, 3, 6
+"""Main and sub modes of PX4."""
+
+
+class Advice(Enum):
+    """What the autopilot's heartbeat asks for."""
+
+    LAND = "land"
+    LANDS_ALREADY = "it lands"
+    DISARMED = "it is disarmed"
+    LEAVE_ALONE = "it flies a mode that the climb did not ask for; nothing was commanded"
+
+
+def advice(base_mode: int, custom_mode: int) -> Advice:
+    """Judge one heartbeat of PX4."""
+    if not base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED:
+        return Advice.DISARMED
+    main, sub = custom_mode >> 16 & 0xFF, custom_mode >> 24 & 0xFF
+    if main == AUTO and sub == LAND:
+        return Advice.LANDS_ALREADY
+    return Advice.LAND if main == AUTO and sub in (TAKEOFF, LOITER) else Advice.LEAVE_ALONE
+
+
+def bring_down(url: str, system_id: int, timeout_s: float = TIMEOUT_S) -> str:
+    """Command LAND over the MAVSDK `url` until the autopilot flies it; one sentence on how that went. OSError: no such link."""
+    link = _open(url, system_id)
+    try:
+        give_up_ns = monotonic_ns() + round(timeout_s * 1e9)
+        commanded = False
+        while monotonic_ns() < give_up_ns:
+            link.mav.heartbeat_send(mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)
+            heard = link.recv_match(type="HEARTBEAT", blocking=True, timeout=0.5)
+            if heard is None or heard.get_srcSystem() != system_id or heard.autopilot == mavlink.MAV_AUTOPILOT_INVALID:
+                continue
+            told = advice(heard.base_mode, heard.custom_mode)
+            if told is not Advice.LAND:
+                return f"autopilot {system_id}: {told.value}"
+            if not commanded:
+                sys.stderr.write(f"last resort: autopilot {system_id} is told to land\n")
+            link.mav.command_long_send(system_id, mavlink.MAV_COMP_ID_AUTOPILOT1, mavlink.MAV_CMD_NAV_LAND, 0, *(0.0,) * 7)
+            commanded = True
+        return f"autopilot {system_id}: " + ("LAND was not seen" if commanded else "not heard") + f" within {timeout_s:g} s"
+    finally:
+        link.close()
+
+
+def _open(url: str, system_id: int) -> Any:
+    """A pymavlink connection for MAVSDK's `url`."""
+    scheme, _, rest = url.partition("://")
+    if scheme == "serial":
+        device, _, baud = rest.rpartition(":")
+        return mavutil.mavlink_connection(device, baud=int(baud), source_system=system_id, source_component=COMPANION)
+    kind = {"tcpout": "tcp"}.get(scheme, scheme)
+    return mavutil.mavlink_connection(f"{kind}:{rest}", source_system=system_id, source_component=COMPANION)
+
+
+def main() -> None:
+    """`python -m flightapp.vehicle.last_resort URL SYSTEM_ID`."""
+    try:
+        sentence = bring_down(sys.argv[1], int(sys.argv[2]))
+    except OSError as error:
+        sentence = f"{sys.argv[1]} cannot be opened: {error.strerror or error}"
+    sys.stderr.write(f"last resort: {sentence}\n")
+
+
+if __name__ == "__main__":
+    main()
