@@ -85,6 +85,16 @@ class Limits:
 
 
 @dataclass(frozen=True, slots=True)
+class Assignment:
+    """The own part of the team's plan: from which side to close in on the evader, and when all are to be there."""
+
+    bearing_rad: float
+    """Seen from the evader, clockwise from north."""
+    arrival_s: float
+    """On the observation's clock."""
+
+
+@dataclass(frozen=True, slots=True)
 class Observation:
     """Everything a planner may know in one control period."""
 
@@ -95,6 +105,7 @@ class Observation:
     target: TargetTrack | None
     obstacles: ObstacleSet
     boundary: Boundary
+    assignment: Assignment | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ Who is pursuer and who is evader stands in the mission; what a message says of i
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import numpy as np
 
@@ -35,6 +36,11 @@ class Teamwork:
         self._roles = {vehicle.name: vehicle.role for vehicle in rooms.mission.vehicles}
         self._silent: set[str] = set()
         self._roster = Roster(rooms.team.post)
+
+    @property
+    def silent(self) -> Collection[str]:
+        """Vehicles that were heard and are not heard any more."""
+        return self._silent
 
     def evader_state(self) -> SharedState | None:
         """Newest state of the mission's evader, where it is a vehicle of this fleet and was heard."""

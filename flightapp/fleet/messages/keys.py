@@ -7,6 +7,8 @@
 | sighting | the vehicle, publication | when its camera sees the target | where the target was seen, and how well           |
 | discs    | the vehicle, publication | a few times a second           | obstacles that others may meet, 12 at most         |
 | election | the pursuer, publication | 10 Hz, and when it is asked     | its standing in the election of a leader           |
+| plan     | the leader, publication  | 5 Hz                           | who closes in from where, arrival, members         |
+| verdict  | the pursuer, publication | 10 Hz while it holds           | its own view that the evader is captured           |
 | alive    | the vehicle, liveliness  | while its session lives        | token without content                              |
 | clock    | the vehicle, queryable   | asked by others, once a second | fleet time of the vehicle that answers             |
 | command  | the vehicle, queryable   | asked by operators             | operator's wish; the reply acknowledges it         |

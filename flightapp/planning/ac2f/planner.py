@@ -10,6 +10,7 @@ import numpy as np
 from flightapp.core.types import Decision, Limits, Observation
 from flightapp.planning.ac2f import evaluation
 from flightapp.planning.ac2f.apollonius_kernel import HALF_PLANE, REGION_COLUMNS
+from flightapp.planning.ac2f.candidates import Candidates, candidates
 from flightapp.planning.ac2f.edge import NO_EDGE, Edge
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.recollection import DISCS, blank_recollection
@@ -28,6 +29,7 @@ class Ac2fPlanner:
 
     def __init__(self, *, limits: Limits, parameters: Ac2fParameters) -> None:
         self._parameters = parameter_record(parameters, limits)
+        self._encircles = parameters.capture.mode == "all"
         self._sentences = sentences(parameters)
         self._trail_samples = trail_samples(parameters)
         self._history = np.zeros((max(parameters.history_samples, int(self._parameters["oscillation_samples"][0])), 2))
@@ -50,6 +52,7 @@ class Ac2fPlanner:
     def step(self, observation: Observation) -> Decision:
         """One decision; see the class."""
         own, target, obstacles = observation.own, observation.target, observation.obstacles
+        assignment = observation.assignment if self._encircles else None
         if self._edge.boundary is not observation.boundary:
             self._edge = Edge.of(observation.boundary)
         self._make_room(len(observation.team), len(obstacles.discs))
@@ -70,6 +73,8 @@ class Ac2fPlanner:
             NOWHERE if target is None else target.velocity_ned_m_s,
             0.0 if target is None else target.t_s,
             math.nan if target is None else target.age_s,
+            math.nan if assignment is None else assignment.bearing_rad,
+            math.nan if assignment is None else assignment.arrival_s - observation.t_s,
             obstacles.discs,
             obstacles.t_s,
             obstacles.unseen,
@@ -99,6 +104,12 @@ class Ac2fPlanner:
             return None
         workspace = workspace_of(self._positions, self._rows, self._scores, self._verdicts)
         return evaluation.evaluation(self._action, workspace)
+
+    def candidates(self) -> Candidates | None:
+        """Some of the candidates that the last step's dynamic window weighed, for the recording; None if it searched none."""
+        if not self._action[0]["searched"]:
+            return None
+        return candidates(self._action, self._rows, self._verdicts, float(self._parameters["horizon_s"][0]))
 
     def _make_room(self, teammates: int, discs: int) -> None:
         if teammates != len(self._members):

@@ -79,10 +79,10 @@ def team_distance_m(parameters: Record, count: int) -> float:
 
 @compiled(NUMBER(PARAMETERS_TYPE, VIEW_TYPE, ROWS, ROWS))
 def _own_slot_rad(parameters: Record, view: Record, pursuers: Array, obstacles: Array) -> float:
-    """Bearing of the own slot, moved off `obstacles` as far as the encirclement allows."""
+    """Bearing of the own slot, by the team's plan if there is one, moved off `obstacles` as far as the encirclement allows."""
     p = parameters[0]
     v = view[0]
-    bearing = slot_bearing_rad(v.target_n, v.target_e, pursuers)
+    bearing = v.assigned_rad if v.assigned else slot_bearing_rad(v.target_n, v.target_e, pursuers)
     ahead_n = v.target_n + p.slot_look_ahead_s * v.target_vn
     ahead_e = v.target_e + p.slot_look_ahead_s * v.target_ve
     slack = slack_rad(parameters, pursuers.shape[0])
@@ -178,8 +178,9 @@ def intend(
     """Fill `intent`, and the game in pursuers (k+1, 2), regions (k+1, 6), active (k+1,), goals (k+1, 2): row 0 is this vehicle.
 
     team: (k, 4) predicted north, east, velocities; the first `view.team_count` rows count, and that many rows more than one of
-    the game's arrays. etas: (k,) s, of all teammates, fresh or not; NaN where unknown. scene: its first `view.obstacle_count`
-    rows keep the slot free. sides: (s, 4) m. Once the evader has crossed the boundary the evader itself is the goal.
+    the game's arrays. etas: (m,) s, of all teammates, fresh or not, and of the team's plan; NaN where unknown. scene: its first
+    `view.obstacle_count` rows keep the slot free. sides: (s, 4) m. Once the evader has crossed the boundary the evader itself is
+    the goal.
     """
     p = parameters[0]
     v = view[0]

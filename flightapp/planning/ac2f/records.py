@@ -116,6 +116,8 @@ VIEW_FIELDS = [
     ("depth_m", "f8"),  # how deep the vehicle is inside the worst inflation
     ("clearance_m", "f8"),  # to the nearest inflated edge, at most the obstacle range
     ("surrounded", "i8"),
+    ("assigned", "i8"),  # the team's plan gives the slot
+    ("assigned_rad", "f8"),
 ]
 
 INTENT_FIELDS = [

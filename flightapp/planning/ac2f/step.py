@@ -135,9 +135,9 @@ def _act(
 
 @compiled(
     void(
-        PARAMETERS_TYPE, MEMORY_TYPE, VECTOR, VECTOR, NUMBER, NUMBER, ROWS, VECTOR, VECTOR, NUMBER, NUMBER, ROWS, NUMBER, ROWS,
-        ROWS, TRUTH, ROWS, ROWS, ROWS, ROWS, RECOLLECTION_TYPE, POSITIONS_TYPE, ROWS, ROWS, VERDICTS_TYPE, ACTION_TYPE,
-        REPORT_TYPE,
+        PARAMETERS_TYPE, MEMORY_TYPE, VECTOR, VECTOR, NUMBER, NUMBER, ROWS, VECTOR, VECTOR, NUMBER, NUMBER, NUMBER, NUMBER, ROWS,
+        NUMBER, ROWS, ROWS, TRUTH, ROWS, ROWS, ROWS, ROWS, RECOLLECTION_TYPE, POSITIONS_TYPE, ROWS, ROWS, VERDICTS_TYPE,
+        ACTION_TYPE, REPORT_TYPE,
     )
 )  # fmt: skip
 def step(
@@ -152,6 +152,8 @@ def step(
     target_velocity: Array,
     target_t_s: float,
     target_age_s: float,
+    assigned_rad: float,
+    assigned_s: float,
     discs: Array,
     discs_t_s: float,
     unseen: Array,
@@ -171,17 +173,21 @@ def step(
 ) -> None:
     """One decision from one observation: fills `report`, and where the dynamic window was searched `action`.
 
-    Observed, as in `look`: own_position to discs_t_s; unseen (u, 2) rad; the boundary's sides (s, 4) m, closed or not. State:
+    Observed, as in `look`: own_position to discs_t_s; unseen (u, 2) rad; the boundary's sides (s, 4) m, closed or not. By the
+    team's plan, NaN without one: assigned_rad, the own slot's bearing, assigned_s, from now until all are to be there. State:
     memory, history (samples, 2), trail (c, 3), recollection. Room: scene (>= discs + DISCS + members + 1, 6), regions
     (members + 1, 6) for the game, and the four of `workspace_arrays`.
     """
     count = members.shape[0]
     view, intent = np.zeros(1, VIEW), np.zeros(1, INTENT)
-    team, etas = np.empty((count, 4)), np.empty(count)
+    team, etas = np.empty((count, 4)), np.empty(count + 1)
     look(
         parameters, memory, own_position, own_velocity, own_yaw_rad, t_s, members, target_position, target_velocity, target_t_s,
-        target_age_s, discs, discs_t_s, unseen, team, etas, recollection, scene, trail, view,
+        target_age_s, discs, discs_t_s, unseen, team, etas[:count], recollection, scene, trail, view,
     )  # fmt: skip
+    etas[count] = assigned_s
+    view[0].assigned = not math.isnan(assigned_rad)
+    view[0].assigned_rad = assigned_rad
     fresh = team[: view[0].team_count]
     reason = judge(parameters, memory, view, fresh, history, sides)
     _act(

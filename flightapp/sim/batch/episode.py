@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Protocol, cast
 import numpy as np
 
 from flightapp.core.clock import monotonic_ns
-from flightapp.core.types import Array, Decision, Observation, TargetTrack, VehicleState
+from flightapp.core.types import Array, Assignment, Decision, Observation, TargetTrack, VehicleState
 from flightapp.planning.api import Planner
 from flightapp.planning.plane import nearest_on, segments
 from flightapp.planning.registry import make_evader, make_planner
+from flightapp.sim.batch.assigning import Assigning
 from flightapp.sim.batch.families.layout import Layout
 from flightapp.sim.batch.records import CAPTURED, ESCAPED, FLYING, OUTCOMES
 from flightapp.sim.batch.result import Outcome, RunResult
@@ -119,6 +120,7 @@ class _Flight:
         self._world = World(scenario, layout, stream(Stream.WIND), stream(Stream.SENSING))
         self._cameras = _depth_sensing(scenario, self._world, stream(Stream.SENSING))
         self._link = TeamLink(scenario, stream(Stream.MESSAGES))
+        self._assigning = Assigning(scenario, stream(Stream.MESSAGES)) if scenario.messages.assignment else None
         self._sight = TargetSight(scenario, stream(Stream.TARGET))
         target = scenario.target
         self._target_is_truth = not (target.position_noise_m or target.velocity_noise_m_s or target.latency_s)
@@ -147,8 +149,12 @@ class _Flight:
             target = self._target(tick, t_s, states[-1], covariance)
             if self._cameras is not None:
                 seen[:-1] = self._cameras.obstacles(tick, teams, target)
+            assigned: list[Assignment | None] = [None] * self._count
+            if self._assigning is not None:
+                assigned = self._assigning.assignments(tick, states[0], teams[0], target, seen[0])
             observations = [
-                Observation(t_s, period_s, states[i], teams[i], target, seen[i], boundary) for i in range(self._count)
+                Observation(t_s, period_s, states[i], teams[i], target, seen[i], boundary, assigned[i])
+                for i in range(self._count)
             ]
             observations.append(Observation(t_s, period_s, states[-1], teams[-1], None, seen[-1], boundary))
             decisions = []

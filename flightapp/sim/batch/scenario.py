@@ -142,6 +142,8 @@ class Messages(Strict):
     """From a state to its use by a teammate; rounded up to control periods."""
     loss_probability: float = Field(default=0.0, ge=0, lt=1)
     """Of each message on its way to each teammate."""
+    assignment: bool = False
+    """Whether a leader assigns the sides from which pursuers close in; else each finds its own from where all are."""
 
 
 class Wind(Strict):
