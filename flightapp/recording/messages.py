@@ -226,6 +226,30 @@ class ClockOffsets:
 
 
 @dataclass(slots=True)
+class PlanSeat:
+    """One pursuer's part of the plan; `alone_t_s`: when it would be there at full speed."""
+
+    vehicle: str
+    bearing_rad: float
+    """Of its sector, from the evader, clockwise from north."""
+    north_m: float
+    east_m: float
+    alone_t_s: float
+
+
+@dataclass(slots=True)
+class TeamPlan:
+    """The leader's plan that is in force at this vehicle from `t_s` on; the newer (term, version) replaces the older."""
+
+    t_s: float
+    leader: str
+    term: int
+    version: int
+    arrival_t_s: float
+    seats: list[PlanSeat]
+
+
+@dataclass(slots=True)
 class CameraMounting:
     """Pose of the camera in the body frame (forward, right, down); zero angles look straight ahead."""
 

@@ -19,6 +19,7 @@ import psutil
 from flightapp.core.clearance import NO_OBSTACLE_M, clearance_m
 from flightapp.core.types import Decision, Observation, ObstacleSet, Setpoint, TargetTrack, VehicleState
 from flightapp.fleet.messages.command import Command
+from flightapp.runtime.coordination import Coordination
 from flightapp.runtime.fleet_time import FleetTime
 from flightapp.runtime.heartbeat import ACTIVE, CLIMBING, IDLE
 from flightapp.runtime.hover import Hover
@@ -59,6 +60,7 @@ class ControlLoop:
         self._target_fusion = TargetFusion(rooms, self._teamwork)
         self._fleet_time = FleetTime(rooms)
         self.leadership = Leadership(rooms)
+        self.coordination = Coordination(rooms, self._teamwork, self.leadership)
         self._hover = Hover(
             rooms.mission.height_of(rooms.vehicle), rooms.limits.climb_rate_max_m_s, rooms.profile.control.altitude_gain_1_s
         )
@@ -182,6 +184,8 @@ class ControlLoop:
         new_frame = self._take_obstacles(now_s)
         self._note_camera(now_s)
         self._teamwork.note_silence(now_s)
+        flown = self.decision if self.phase == "pursue" and not self.held else None
+        self.coordination.poll(now_s, self.phase, self.target, self._obstacles, flown)
         if motion is not None:
             rooms.journal.own(motion, now_s)
             if self.perception is not None:
@@ -259,10 +263,11 @@ class ControlLoop:
             t_s=now_s,
             dt_s=dt_s,
             own=own,
-            team=self._teamwork.members(now_s, active_only=True),
+            team=self.coordination.partners(now_s),
             target=self.target,
             obstacles=self._obstacles,
             boundary=rooms.boundary,
+            assignment=self.coordination.assignment(),
         )
         started_s = rooms.clock.now_s()
         try:

@@ -158,15 +158,28 @@ class Executive:
             told = outcome_of_team(peer.state.outcome for peer in rooms.team.peers.values() if peer.state is not None)
             if told is not None:
                 return self._end_pursuit(told, "told by the team")
-            decision = loop.decision
-            if decision is not None and decision.diagnostics.get("captured") is True and not loop.held:
-                return self._end_pursuit(Outcome.CAPTURED, "encirclement held for the dwell time")
+            if (how := self._captured()) is not None:
+                return self._end_pursuit(Outcome.CAPTURED, how)
             position = self._evader_position()
             if position is not None and before is not None and crosses(before, position, edge):
                 return self._end_pursuit(Outcome.ESCAPED, "the evader crossed the boundary")
             before = position
             if rooms.clock.now_s() - started_s > rooms.mission.time_limit_s:
                 return self._end_pursuit(Outcome.TIMEOUT, f"time limit of {rooms.mission.time_limit_s:g} s")
+
+    def _captured(self) -> str | None:
+        """How the evader was captured, once it is: by the first contact as this vehicle sees it, else as the team agrees."""
+        loop, rooms = self._loop, self._rooms
+        if rooms.mission.capture.mode == "first":
+            decision = loop.decision
+            touched = decision is not None and decision.diagnostics.get("captured") is True and not loop.held
+            return "within the capture radius" if touched else None
+        capture = loop.coordination.capture
+        if capture is None:
+            return None
+        of = sum(vehicle.role == "pursuer" for vehicle in rooms.mission.vehicles)
+        agreed = ", ".join(capture.agreed)
+        return f"encirclement by {len(capture.by)} of {of} pursuers held for the dwell time, agreed by {agreed}"
 
     def _end_pursuit(self, outcome: Outcome, reason: str) -> Outcome:
         self._failsafes.is_pursuing = False

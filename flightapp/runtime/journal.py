@@ -10,6 +10,7 @@ from flightapp.core.clock import Clock
 from flightapp.core.types import Array, Decision, Setpoint, TargetTrack
 from flightapp.estimation.target_filter import Fit
 from flightapp.fleet.clock_offset import Offset
+from flightapp.fleet.coordination.plan import Plan
 from flightapp.fleet.messages.command import Acknowledgement, Command
 from flightapp.fleet.peers import Peer
 from flightapp.recording import messages
@@ -122,6 +123,13 @@ class Journal:
             if (state := peer.state) is not None
         ]
         self._recorder.log("/team", messages.Team(now_s, members), now_s)
+
+    def plan(self, plan: Plan, leader: str, now_s: float) -> None:
+        seats = [
+            messages.PlanSeat(seat.vehicle, seat.bearing_rad, seat.north_m, seat.east_m, seat.alone_s) for seat in plan.seats
+        ]
+        record = messages.TeamPlan(now_s, leader, plan.term, plan.version, plan.arrival_s, seats)
+        self._recorder.log("/plan", record, now_s)
 
     def clock_offsets(self, offsets: Mapping[str, Offset], now_s: float) -> None:
         known = [messages.ClockOffset(name, offset.ahead_s, offset.uncertainty_s) for name, offset in offsets.items()]
