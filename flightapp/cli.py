@@ -269,6 +269,34 @@ def report(
 
 
 @app.command()
+def replay(
+    run: Annotated[Path, typer.Argument(help="A run folder, or one recording.")],
+    vehicle: Annotated[str | None, typer.Option("--vehicle", help="Only this vehicle.")] = None,
+    planner: Annotated[str | None, typer.Option("--planner", help="Ask this planner instead of the one that flew.")] = None,
+    parameters: Annotated[Path | None, typer.Option("--parameters", help="Parameter file, on top of what flew.")] = None,
+    tolerance: Annotated[float, typer.Option("--tolerance", min=0.0, help="Smaller differences are none.")] = 0.0,
+    as_json: Json = False,
+    output: Annotated[Path | None, typer.Option("--out", help="JSON file for every single difference.")] = None,
+) -> None:
+    """Decide a recorded flight again: exactly what planner and supervisor were given then, through today's code, in lock step.
+
+    With --planner or --parameters: what that would have decided there, open loop.
+
+    Exit status: 0 identical, 1 something is decided differently, 2 bad input.
+
+    Example: flightapp replay runs/20260601-101500-demo_two_pursuers --planner geo-apf --vehicle p1
+    """
+    from flightapp.replay import Wanted
+    from flightapp.replay import replay as decide_again
+
+    answer = decide_again(Wanted(run, vehicle, planner, parameters, tolerance))
+    if output is not None:
+        answer.write(output)
+    print(json.dumps(answer.summary(), indent=2) if as_json else answer.text())
+    raise typer.Exit(0 if answer.identical else 1)
+
+
+@app.command()
 def explain(
     conditions: Annotated[str, typer.Option("--set", help="Conditions that hold: NAME=1, separated by commas.")] = "",
     after_s: Annotated[float, typer.Option("--after", min=0, help="For how many seconds they have held.")] = 60.0,

@@ -1,4 +1,4 @@
-"""What leaves a vehicle in one control period: five recorded messages, and its state for the fleet."""
+"""What leaves a vehicle in one control period: six recorded messages, and its state for the fleet."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from flightapp.planning.registry import make_planner
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.journal import Journal
 from flightapp.runtime.perception_thread import Perceived, PerceptionHealth
+from flightapp.safety.api import SafetyContext
 from flightapp.vehicle.autopilot import Motion
 from perception.sources.api import SourceHealth
 
@@ -56,13 +57,33 @@ def recorder_measurement(limits: Limits, seconds: float) -> Measurement:
                 ),
                 now_s,
             )
+            journal.observation(seen, _context(seen, limits), number, planned=True, held=False)
             journal.decision(decision, 0.0002, now_s)
-            journal.setpoint(Setpoint(decision.velocity_ned_m_s, decision.yaw_rad), now_s, True, (), 1.0, now_s)
+            wish = Setpoint(decision.velocity_ned_m_s, decision.yaw_rad)
+            journal.setpoint(wish, wish, now_s, True, (), 1.0, now_s)
 
-        found = measure(Work("recorder, five messages of a tick", decide, record, pause_s=PAUSE_S), seconds)
+        found = measure(Work("recorder, six messages of a tick", decide, record, pause_s=PAUSE_S), seconds)
         if recorder.dropped:
             raise RuntimeError(f"{recorder.dropped} messages were dropped: dropping is cheaper than recording")
     return found
+
+
+def _context(seen: Observation, limits: Limits) -> SafetyContext:
+    return SafetyContext(
+        t_s=seen.t_s,
+        dt_s=seen.dt_s,
+        name="bench",
+        own=seen.own,
+        own_age_s=0.01,
+        team=seen.team,
+        target=seen.target,
+        obstacles=seen.obstacles,
+        obstacles_age_s=0.03,
+        previous=None,
+        limits=limits,
+        team_link_age_s=0.03,
+        battery_fraction=0.8,
+    )
 
 
 def fleet_measurement(seconds: float) -> Measurement:

@@ -38,6 +38,7 @@ CHANNELS: tuple[Channel, ...] = (
     Channel("/phase", messages.Phase, 0.0, True, True, "mission phase and outcome"),
     Channel("/health", messages.Health, 1.0, True, True, "CPU, memory, lateness, drops"),
     Channel("/clocks", messages.ClockOffsets, 0.0, True, True, "measured offsets of the other vehicles' clocks"),
+    Channel("/observation", messages.ObservationRecord, 0.0, True, False, "what planner and supervisor were given, for replay"),
     Channel("/plan", messages.TeamPlan, 0.0, True, True, "who closes in from which side, by the leader's plan in force"),
     Channel("/truth", messages.TruthRecord, 0.0, True, False, "true states, in the simulation's own recording only"),
     Channel("/depth", fx.CompressedImage, 0.0, True, True, "depth image, 16-bit PNG, at recording.depth_rate_hz"),

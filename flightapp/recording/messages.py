@@ -137,14 +137,72 @@ class Obstacles:
 
 
 @dataclass(slots=True)
+class ObservedMember:
+    """A teammate as planner and supervisor were given it: already moved to the observation's time."""
+
+    name: str
+    position_ned_m: list[float | None]
+    velocity_ned_m_s: list[float | None]
+    yaw_rad: float | None
+    mode: str
+    eta_s: float | None
+    age_s: float | None
+    takes_part: bool
+    """False: only the supervisor was told."""
+
+
+@dataclass(slots=True)
+class ObservedTarget:
+    """The track that planner and supervisor were given."""
+
+    t_s: float
+    position_ned_m: list[float | None]
+    velocity_ned_m_s: list[float | None]
+    covariance: list[float | None]
+    """Row by row of (6, 6); of a symmetric one only the part from the diagonal on (21 numbers)."""
+    age_s: float | None
+
+
+@dataclass(slots=True)
+class ObservationRecord:
+    """Exactly what planner and supervisor were given in one control period, for `flightapp replay`.
+
+    Obstacles stand in `/obstacles` under `frame_number`, the setpoint before in `/setpoint`, everything constant in the
+    recording's attachments.
+    """
+
+    t_s: float
+    dt_s: float
+    planned: bool
+    """The planner was asked."""
+    held: bool
+    """What it said was not flown."""
+    own_position_ned_m: list[float | None]
+    """Moved to `t_s`."""
+    own_velocity_ned_m_s: list[float | None]
+    own_yaw_rad: float | None
+    own_age_s: float | None
+    team: list[ObservedMember]
+    target: ObservedTarget | None
+    frame_number: int | None
+    """Null before the first depth frame, and without a camera: then `obstacles_t_s` is `t_s`, and they are the mission's."""
+    obstacles_t_s: float
+    team_link_age_s: float | None
+    battery_fraction: float | None
+    assignment_bearing_rad: float | None = None
+    assignment_arrival_s: float | None = None
+
+
+@dataclass(slots=True)
 class DecisionRecord:
     """What the planner decided."""
 
     t_s: float
-    velocity_ned_m_s: list[float]
-    yaw_rad: float
+    velocity_ned_m_s: list[float | None]
+    """Null, here and below, where the planner gave a number that is none."""
+    yaw_rad: float | None
     mode: str
-    goal_ned_m: list[float] | None
+    goal_ned_m: list[float | None] | None
     reason: str
     latency_s: float
     """Duration of Planner.step."""
@@ -166,6 +224,11 @@ class SetpointRecord:
     """(guard, reason) in order."""
     clearance_m: float | None
     """Clearance to the known discs; None without any."""
+    wish_ned_m_s: list[float | None] | None = None
+    """What the supervisor was asked for: the planner's velocity with the height loop, or the hover's."""
+    wish_yaw_rad: float | None = None
+    acceleration_ned_m_s2: list[float] | None = None
+    """Fed forward."""
 
 
 @dataclass(slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -38,9 +38,15 @@ def limits_of(vehicle: Vehicle, profile: Profile) -> Limits:
 
 def build_strategy(mission: Mission, vehicle: Vehicle, profile: Profile, mission_path: Path, seed: int) -> Planner:
     """The planner or evader policy that the mission names; parameters from its file, then from the mission itself."""
+    where = f"{mission_path}: strategy of '{vehicle.name}'"
+    parameters = strategy_parameters(vehicle, mission_path, where)
+    return make_strategy(vehicle.strategy.name, parameters, mission, vehicle, profile, where, seed)
+
+
+def strategy_parameters(vehicle: Vehicle, mission_path: Path, where: str) -> dict[str, object]:
+    """What mission and parameter file say of the vehicle's strategy; paths as they are reached from here."""
     parameters: dict[str, object] = {}
     strategy = vehicle.strategy
-    where = f"{mission_path}: strategy of '{vehicle.name}'"
     if strategy.parameters_file is not None:
         file = mission_path.parent / strategy.parameters_file
         try:
@@ -48,16 +54,30 @@ def build_strategy(mission: Mission, vehicle: Vehicle, profile: Profile, mission
         except InputError as error:
             raise InputError(f"{where}: parameters_file: {error}") from None
     parameters.update(beside(strategy.parameters, mission_path.parent))
+    return parameters
+
+
+def make_strategy(
+    name: str,
+    parameters: Mapping[str, object],
+    mission: Mission,
+    vehicle: Vehicle,
+    profile: Profile,
+    where: str,
+    seed: int,
+) -> Planner:
+    """The planner or evader policy `name` for `vehicle`; what `parameters` leave open is the mission's. `where` begins errors."""
     limits = limits_of(vehicle, profile)
+    given = dict(parameters)
     if vehicle.role == "evader":
-        if strategy.name not in evader_names():
-            raise InputError(f"{where}: name = '{strategy.name}': no such evader policy; known: {', '.join(evader_names())}")
-        return _named(where, lambda: make_evader(strategy.name, limits=limits, parameters=parameters, seed=seed))
-    if strategy.name not in planner_names():
-        raise InputError(f"{where}: name = '{strategy.name}': no such planner; known: {', '.join(planner_names())}")
-    parameters.setdefault("capture", mission.capture.model_dump())
-    parameters.setdefault("evader_speed_assumed_m_s", mission.evader_speed_assumed_m_s)
-    return _named(where, lambda: make_planner(strategy.name, limits=limits, parameters=parameters, seed=seed))
+        if name not in evader_names():
+            raise InputError(f"{where}: name = '{name}': no such evader policy; known: {', '.join(evader_names())}")
+        return _named(where, lambda: make_evader(name, limits=limits, parameters=given, seed=seed))
+    if name not in planner_names():
+        raise InputError(f"{where}: name = '{name}': no such planner; known: {', '.join(planner_names())}")
+    given.setdefault("capture", mission.capture.model_dump())
+    given.setdefault("evader_speed_assumed_m_s", mission.evader_speed_assumed_m_s)
+    return _named(where, lambda: make_planner(name, limits=limits, parameters=given, seed=seed))
 
 
 def surveyed_obstacles(mission: Mission) -> ObstacleSet:

@@ -22,7 +22,7 @@ from flightapp.fleet.messages.command import Command
 from flightapp.runtime.coordination import Coordination
 from flightapp.runtime.fleet_time import FleetTime
 from flightapp.runtime.heartbeat import ACTIVE, CLIMBING, IDLE
-from flightapp.runtime.hover import Hover
+from flightapp.runtime.hover import Hover, wish_of
 from flightapp.runtime.leadership import Leadership
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.rooms import Rooms
@@ -206,8 +206,17 @@ class ControlLoop:
 
     def _command(self, now_s: float, dt_s: float, own: VehicleState, own_age_s: float, new_frame: bool) -> None:
         rooms = self._rooms
-        wish = self._wish(now_s, dt_s, own)
         battery = rooms.autopilot.battery()
+        observation = Observation(
+            t_s=now_s,
+            dt_s=dt_s,
+            own=own,
+            team=self.coordination.partners(now_s),
+            target=self.target,
+            obstacles=self._obstacles,
+            boundary=rooms.boundary,
+            assignment=self.coordination.assignment(),
+        )
         context = SafetyContext(
             t_s=now_s,
             dt_s=dt_s,
@@ -223,6 +232,10 @@ class ControlLoop:
             team_link_age_s=self._teamwork.link_age_s(now_s),
             battery_fraction=None if battery is None else battery.remaining_fraction,
         )
+        rooms.journal.observation(
+            observation, context, self._last_frame, planned=self.guidance is Guidance.PLANNER, held=self.held
+        )
+        wish = self._wish(observation)
         supervised = rooms.supervisor.check(wish, context)
         self._note_demand(supervised.demand)
         setpoint = supervised.setpoint
@@ -235,7 +248,7 @@ class ControlLoop:
         clearance = clearance_m(own.position_ned_m[:2], self._obstacles.discs, rooms.limits.body_radius_m)
         self._clearance_m = None if clearance >= NO_OBSTACLE_M else clearance
         frame_s = None if self._last_frame is None else self._obstacles.t_s
-        rooms.journal.setpoint(setpoint, frame_s, new_frame, supervised.acting, self._clearance_m, sent_s)
+        rooms.journal.setpoint(wish, setpoint, frame_s, new_frame, supervised.acting, self._clearance_m, sent_s)
 
     def _note_demand(self, demand: Demand | None) -> None:
         """An event when what the supervisor asks for changes."""
@@ -246,29 +259,19 @@ class ControlLoop:
         elif demand is None and before is not None:
             self._rooms.journal.event("info", "safety", f"{before.guard} no longer asks for {before.action.name.lower()}")
 
-    def _wish(self, now_s: float, dt_s: float, own: VehicleState) -> Setpoint:
+    def _wish(self, observation: Observation) -> Setpoint:
         """What planner or hover want. A held planner is asked all the same: else nobody would see that it has recovered."""
-        planned = self._planned(now_s, dt_s, own) if self.guidance is Guidance.PLANNER else None
+        planned = self._planned(observation) if self.guidance is Guidance.PLANNER else None
         if planned is None or self.held:
-            return self._hover.setpoint(own, self._yaw_rad)
+            return self._hover.setpoint(observation.own, self._yaw_rad)
         self._hover.restart()
         if math.isfinite(planned.yaw_rad):
             self._yaw_rad = planned.yaw_rad
         return planned
 
-    def _planned(self, now_s: float, dt_s: float, own: VehicleState) -> Setpoint | None:
+    def _planned(self, observation: Observation) -> Setpoint | None:
         """The planner's wish with the height loop; None where it failed."""
         rooms = self._rooms
-        observation = Observation(
-            t_s=now_s,
-            dt_s=dt_s,
-            own=own,
-            team=self.coordination.partners(now_s),
-            target=self.target,
-            obstacles=self._obstacles,
-            boundary=rooms.boundary,
-            assignment=self.coordination.assignment(),
-        )
         started_s = rooms.clock.now_s()
         try:
             decision = rooms.planner.step(observation)
@@ -279,13 +282,10 @@ class ControlLoop:
         latency_s = rooms.clock.now_s() - started_s
         self.decision, self.decision_latency_s = decision, latency_s
         self.decision_is_finite = bool(np.isfinite(decision.velocity_ned_m_s).all()) and math.isfinite(decision.yaw_rad)
-        rooms.journal.decision(decision, latency_s, now_s)
+        rooms.journal.decision(decision, latency_s, observation.t_s)
         if decision.reason:
             rooms.journal.event("info", "mode", f"{decision.mode}: {decision.reason}", mode=decision.mode)
-        velocity = decision.velocity_ned_m_s.astype(np.float64, copy=True)
-        velocity[2] += self._hover.down_velocity_m_s(own)
-        forward = decision.acceleration_ned_m_s2 if rooms.profile.control.acceleration_feed_forward else None
-        return Setpoint(velocity, decision.yaw_rad, forward)
+        return wish_of(decision, self._hover, observation.own, feed_forward=rooms.profile.control.acceleration_feed_forward)
 
     def obstacles_age_s(self, now_s: float) -> float:
         """Since the newest obstacle picture was true."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from flightapp.core.types import Array, Setpoint, VehicleState
+from flightapp.core.types import Array, Decision, Setpoint, VehicleState
 
 GAIN_1_S = 0.8
 SPEED_MAX_M_S = 1.0
@@ -50,3 +50,10 @@ class Hover:
         """Down velocity that closes the height error."""
         limit = self._climb_rate_max_m_s
         return max(-limit, min(limit, self._altitude_gain_1_s * (self._down_m - float(own.position_ned_m[2]))))
+
+
+def wish_of(decision: Decision, hover: Hover, own: VehicleState, *, feed_forward: bool) -> Setpoint:
+    """A decision as the setpoint that the supervisor is asked for: with the height loop, and the acceleration if it is flown."""
+    velocity = decision.velocity_ned_m_s.astype(np.float64, copy=True)
+    velocity[2] += hover.down_velocity_m_s(own)
+    return Setpoint(velocity, decision.yaw_rad, decision.acceleration_ned_m_s2 if feed_forward else None)

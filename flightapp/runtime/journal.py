@@ -7,15 +7,17 @@ import math
 from collections.abc import Iterable, Mapping
 
 from flightapp.core.clock import Clock
-from flightapp.core.types import Array, Decision, Setpoint, TargetTrack
+from flightapp.core.types import Array, Decision, Observation, Setpoint, TargetTrack
 from flightapp.estimation.target_filter import Fit
 from flightapp.fleet.clock_offset import Offset
 from flightapp.fleet.coordination.plan import Plan
 from flightapp.fleet.messages.command import Acknowledgement, Command
 from flightapp.fleet.peers import Peer
 from flightapp.recording import messages
+from flightapp.recording.observation import observation_record
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.perception_thread import Perceived
+from flightapp.safety.api import SafetyContext
 from flightapp.vehicle.autopilot import BatteryState, Motion, Status
 from flightapp.vehicle.gap_meter import Gaps
 
@@ -170,6 +172,14 @@ class Journal:
             now_s,
         )
 
+    def observation(
+        self, observation: Observation, context: SafetyContext, frame_number: int | None, *, planned: bool, held: bool
+    ) -> None:
+        """What planner and supervisor are about to be given; written before they are asked, whatever becomes of them."""
+        self._recorder.log(
+            "/observation", observation_record(observation, context, frame_number, planned=planned, held=held), observation.t_s
+        )
+
     def decision(self, decision: Decision, latency_s: float, now_s: float) -> None:
         goal = None if decision.goal_ned_m is None else decision.goal_ned_m.tolist()
         self._recorder.log(
@@ -189,6 +199,7 @@ class Journal:
 
     def setpoint(
         self,
+        wish: Setpoint,
         setpoint: Setpoint,
         frame_s: float | None,
         new_frame: bool,
@@ -206,6 +217,9 @@ class Journal:
                 new_frame,
                 [list(pair) for pair in acting],
                 clearance_m,
+                wish.velocity_ned_m_s.tolist(),
+                wish.yaw_rad,
+                None if setpoint.acceleration_ned_m_s2 is None else setpoint.acceleration_ned_m_s2.tolist(),
             ),
             now_s,
         )

@@ -10,7 +10,6 @@ from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-import flightapp
 from flightapp.config.mission import load_mission
 from flightapp.config.profile import load_profile
 from flightapp.core.clock import SystemClock
@@ -28,6 +27,7 @@ from flightapp.runtime.inputs import check_inputs
 from flightapp.runtime.journal import Journal
 from flightapp.runtime.leadership import memory_path
 from flightapp.runtime.outcome import Outcome
+from flightapp.runtime.recorded_inputs import record_inputs
 from flightapp.runtime.rooms import Rooms
 from flightapp.safety.supervisor import make_supervisor
 from flightapp.vehicle.pose_history import PoseHistory
@@ -67,19 +67,7 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
     membership = membership_of(mission, network.certificates, access_control=network.access_control)
     async with AsyncExitStack() as stack:
         recorder = stack.enter_context(Recorder(wish.run / f"{wish.vehicle}.mcap", options=profile.recording, mission=mission))
-        recorder.metadata(
-            "run",
-            {
-                "vehicle": wish.vehicle,
-                "role": vehicle.role,
-                "mission": mission.name,
-                "strategy": vehicle.strategy.name,
-                "seed": wish.seed,
-                "flightapp": flightapp.__version__,
-            },
-        )
-        recorder.attach("mission.toml", wish.mission)
-        recorder.attach("profile.toml", wish.profile)
+        record_inputs(recorder, mission, vehicle, wish.mission, wish.profile, wish.seed)
         journal = Journal(recorder, clock, wish.vehicle)
         session = await open_session(network.listen_endpoints, network.connect_endpoints, membership=membership)
         stack.callback(session.close)

@@ -40,7 +40,7 @@ NAMES = [
     SDK_ROW,
     "simulation, depth render",
     "supervisor, check with 40 discs",
-    "recorder, five messages of a tick",
+    "recorder, six messages of a tick",
     "fleet state, encode and decode",
 ]
 COMPARED = {"planner, fine step", "planner, fine evaluation, 441 samples", RICH}

@@ -31,6 +31,7 @@ from flightapp.runtime.journal import Journal
 from flightapp.runtime.leadership import memory_path
 from flightapp.runtime.outcome import Outcome
 from flightapp.runtime.perception_thread import PerceptionThread
+from flightapp.runtime.recorded_inputs import record_inputs
 from flightapp.runtime.rooms import Rooms
 from flightapp.safety.supervisor import make_supervisor
 from flightapp.sim.autopilot_frames import Frames, displaced_origin
@@ -83,7 +84,8 @@ def fly_virtual(
 
     async def fly() -> VirtualFleet:
         fleet = VirtualFleet(mission, event_loop, watch)
-        builder = _Builder(mission, mission_path, profile, run, seed, event_loop, fleet.network, open_file, rendered)
+        network = fleet.network
+        builder = _Builder(mission, mission_path, profile_path, profile, run, seed, event_loop, network, open_file, rendered)
         for index, vehicle in enumerate(mission.vehicles):
             if flown is None or vehicle.name in flown:
                 script = (faults or {}).get(vehicle.name, FaultScript())
@@ -200,6 +202,7 @@ class _Builder:
 
     mission: Mission
     mission_path: Path
+    profile_path: Path
     profile: Profile
     run: Path
     seed: int
@@ -229,7 +232,7 @@ class _Builder:
         autopilot = VirtualAutopilot(station, vehicle.system_id, datum, clock, history)
         recorder = Recorder(self.run / f"{name}.mcap", options=profile.recording, mission=mission, open_file=self.open_file)
         recorder.open()
-        recorder.metadata("run", {"vehicle": name, "role": vehicle.role, "mission": mission.name, "seed": self.seed})
+        record_inputs(recorder, mission, vehicle, self.mission_path, self.profile_path, self.seed)
         journal = Journal(recorder, clock, name)
         others = [other.name for other in mission.vehicles if other.name != name]
 
