@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import os
 import shlex
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from flightapp.core.errors import FlightError, InputError
 
@@ -21,6 +22,14 @@ app.add_typer(fence, name="fence")
 
 Profile = Annotated[Path, typer.Option("--profile", help="The vehicle's hardware profile.")]
 Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of everything random.")]
+Live = Annotated[
+    int | None,
+    typer.Option(
+        "--live", metavar="[PORT]", min=0, max=65535, help="Serve a live view for Foxglove or Lichtblick; 8765, 0: any port."
+    ),
+]
+LiveAddress = Annotated[str, typer.Option("--live-address", help="Address that the live view is bound to; 0.0.0.0: all.")]
+LIVE_PORT, LOOPBACK = "8765", "127.0.0.1"
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 SIM_PROFILE = Path("profiles/sim.toml")
 DEMO_MISSION = Path("missions/demo_two_pursuers.toml")
@@ -32,7 +41,20 @@ def flightapp() -> None:
     """Cooperative UAV pursuit on companion computers."""
 
 
-@app.command()
+class _LivePort(TyperCommand):
+    """`--live` may stand without its port."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        given: list[str] = []
+        for place, argument in enumerate(args):
+            given.append(argument)
+            following = args[place + 1] if place + 1 < len(args) else ""
+            if argument == "--live" and not following.lstrip("-").isdigit():
+                given.append(LIVE_PORT)
+        return super().parse_args(ctx, given)
+
+
+@app.command(cls=_LivePort)
 def sim(
     mission: Annotated[Path, typer.Argument(help="Mission file.")],
     profile: Profile = SIM_PROFILE,
@@ -43,6 +65,8 @@ def sim(
         Path | None, typer.Option("--certificates", help="Folder of flightapp keys; fleet talks TLS.")
     ] = None,
     secure: Annotated[bool, typer.Option("--secure", help="As --certificates, with keys only for this run.")] = False,
+    live: Live = None,
+    live_address: LiveAddress = LOOPBACK,
 ) -> None:
     """Fly a whole mission on this machine: real MAVLink, Zenoh, depth frames, recordings.
 
@@ -50,9 +74,11 @@ def sim(
 
     Example: flightapp sim missions/demo_two_pursuers.toml --seed 3
     """
+    from flightapp.recording.live import LiveView
     from flightapp.sim.session import simulate
 
-    result = asyncio.run(simulate(mission, profile, seed, run, certificates=certificates, secure=secure))
+    view = None if live is None else LiveView(live, live_address)
+    result = asyncio.run(simulate(mission, profile, seed, run, certificates=certificates, secure=secure, live=view))
     if as_json:
         print(json.dumps(result.summary, indent=2))
     else:
@@ -60,7 +86,7 @@ def sim(
     raise typer.Exit(result.exit_status)
 
 
-@app.command()
+@app.command(cls=_LivePort)
 def fly(
     mission: Annotated[Path, typer.Argument(help="Mission file.")],
     profile: Profile,
@@ -68,6 +94,8 @@ def fly(
     seed: Seed = 0,
     run: Annotated[Path | None, typer.Option("--run", help="Folder for the recording; default as the profile says.")] = None,
     waive: Annotated[list[str] | None, typer.Option("--waive", help="Fly although this check fails; repeatable.")] = None,
+    live: Live = None,
+    live_address: LiveAddress = LOOPBACK,
 ) -> None:
     """Fly one vehicle, real or SITL. Ctrl-C lands it.
 
@@ -87,6 +115,7 @@ def fly(
     child = ["-m", "flightapp.runtime.vehicle_process", "--mission", str(mission), "--profile", str(profile)]
     child += ["--vehicle", vehicle, "--run", str(folder), "--seed", str(seed)]
     child += [argument for check in waive or [] for argument in ("--waive", check)]
+    child += [] if live is None else ["--live", str(live), "--live-address", live_address]
     sys.stdout.flush()
     os.execv(
         sys.executable,
@@ -173,6 +202,39 @@ def command(
 
 
 @app.command()
+def watch(
+    mission: Annotated[Path, typer.Argument(help="Mission file.")],
+    connect: Annotated[list[str], typer.Option("--connect", help="Fleet endpoint of a vehicle, udp/HOST:PORT; repeatable.")],
+    certificates: Annotated[Path | None, typer.Option("--certificates", help="The operator's folder of flightapp keys.")] = None,
+    profile: Annotated[Path | None, typer.Option("--profile", help="The vehicles' profile, for thresholds of colours.")] = None,
+    record: Annotated[Path, typer.Option("--record", help="File that keeps who asked what.")] = Path("runs/commands.jsonl"),
+    as_json: Annotated[bool, typer.Option("--json", help="One line of JSON a second; needs no terminal.")] = False,
+    once: Annotated[bool, typer.Option("--once", help="Look once and end; exit status 3 when no vehicle is heard.")] = False,
+) -> None:
+    """Watch the fleet live, and command it by key: every command's key is pressed twice.
+
+    Listens only: vehicles fly the same with and without it. Colours are never the only sign.
+
+    Example: flightapp watch missions/demo_two_pursuers.toml --connect udp/10.0.0.1:7447 --connect udp/10.0.0.2:7447
+    """
+    from flightapp.watch.frontend_machines import as_json_line, as_text
+    from flightapp.watch.session import Watch, Wish
+
+    watching = Watch(Wish(mission, connect, record, certificates, profile))
+    if once:
+        overview = asyncio.run(watching.once())
+        print(as_json_line(overview) if as_json else as_text(overview, watching.thresholds))
+        raise typer.Exit(0 if overview.is_heard else 3)
+    if as_json:
+        with contextlib.suppress(KeyboardInterrupt, BrokenPipeError):
+            asyncio.run(watching.tell(lambda overview: print(as_json_line(overview), flush=True)))
+        return
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise InputError("watch: this is no terminal; add --json for a line a second, or --once for one look")
+    asyncio.run(watching.show())
+
+
+@app.command()
 def keys(
     folder: Annotated[Path, typer.Argument(help="Folder for the keys; what is there is never overwritten.")],
     mission: Annotated[Path, typer.Option("--mission", help="Mission whose fleet and vehicles get certificates.")],
@@ -247,22 +309,30 @@ def report(
         Literal["warning", "failure"] | None,
         typer.Option("--fail-on", help="Exit with status 1 where something as bad as this was found."),
     ] = None,
+    compare: Annotated[
+        list[Path] | None,
+        typer.Option("--compare", help="Another run, as a ghost on the map and in a table of differences; may be repeated."),
+    ] = None,
+    csv: Annotated[bool, typer.Option("--csv", help="Write all series on one time base too: series.csv.")] = False,
+    parquet: Annotated[bool, typer.Option("--parquet", help="The same as series.parquet.")] = False,
 ) -> None:
     """Write report.html and summary.json from recordings, one or more run folders of one flight, or one log of PX4.
 
     Exit status: 0 the report is written, whatever was found; 1 with --fail-on; 2 bad input.
 
-    Example: flightapp report runs/20260601-101500-demo_two_pursuers --fail-on failure
+    Example: flightapp report runs/20260601-101500-demo_two_pursuers --compare runs/20260601-103000-demo_two_pursuers --csv
     """
     from flightapp.analysis import report as write
     from flightapp.analysis.findings import reaches
     from flightapp.analysis.ulog.command import log_among, report_log
 
     if (flight := log_among(run, output)) is not None:
+        if compare or csv or parquet:
+            raise InputError("--compare, --csv and --parquet are for recordings (.mcap), not for a log of PX4")
         told = report_log(flight, output)
         print(json.dumps(told.summary, indent=2) if as_json else told.text())
         raise typer.Exit(1 if reaches(told.summary, fail_on) else 0)
-    summary, page = write(run)
+    summary, page = write(run, compare=compare or (), as_csv=csv, as_parquet=parquet)
     short = f"outcome: {summary['outcome']}\nverdict: {summary['headline']}\nreport:  {page}"
     print(json.dumps(summary, indent=2) if as_json else short)
     raise typer.Exit(1 if reaches(summary, fail_on) else 0)

@@ -30,11 +30,13 @@ WAITING_MAX = 256
 class ClockWatch:
     """`run` asks, `poll` takes the answers; `offsets` has what is known of each other machine."""
 
-    def __init__(self, post: Post, clock: Clock) -> None:
+    def __init__(self, post: Post, clock: Clock, *, answers: bool = True) -> None:
+        """answers: False for who only looks on, and is asked by nobody."""
         self._post, self._clock = post, clock
         self._clocks = {other: ClockOffset() for other in post.others}
         self._waiting: deque[tuple[str, float, float, bytes]] = deque(maxlen=WAITING_MAX)
-        self._queryable = post.session.declare_queryable(keys.key(post.fleet, post.name, keys.CLOCK), self._answer)
+        if answers:
+            self._queryable = post.session.declare_queryable(keys.key(post.fleet, post.name, keys.CLOCK), self._answer)
         self.offsets: dict[str, Offset] = {}
 
     async def run(self) -> None:

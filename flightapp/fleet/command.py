@@ -71,10 +71,15 @@ def _checked(mission: Mission, wish: Wish) -> list[str]:
     names = [vehicle.name for vehicle in mission.vehicles]
     if wish.vehicle is not None and wish.vehicle not in names:
         raise InputError(f"--vehicle {wish.vehicle}: no vehicle of the mission is called so; known: {', '.join(names)}")
-    for endpoint in wish.endpoints:
+    check_connect_option(wish.endpoints, wish.certificates)
+    return names if wish.vehicle is None else [wish.vehicle]
+
+
+def check_connect_option(endpoints: Sequence[str], certificates: Path | None) -> None:
+    """InputError for what cannot be connected to."""
+    for endpoint in endpoints:
         try:
             check_endpoint(endpoint)
-            check_endpoints_are_secure([endpoint], wish.certificates)
+            check_endpoints_are_secure([endpoint], certificates)
         except ValueError as error:
             raise InputError(f"--connect {error}") from None
-    return names if wish.vehicle is None else [wish.vehicle]
