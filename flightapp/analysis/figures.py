@@ -1,200 +1,127 @@
-"""The report's figures as plotly.js specifications (plain dicts): the map, and charts over the time of the pursuit."""
+"""The report's charts over time as plotly.js specifications (plain dicts). Colours of paper and ink are the page's."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
-from html import escape
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from flightapp.analysis import timing
-from flightapp.analysis.map_data import EVADER_COLOUR, OTHER_LABEL, MapData, map_data, origin_name, origin_s, vehicle_colours
-from flightapp.analysis.outcome import captured_s, pursuers_of
-from flightapp.analysis.run import Run, VehicleRun
+from flightapp.analysis.map_data import EVADER_COLOUR, origin_name, origin_s, vehicle_colours
+from flightapp.analysis.outcome import captured_s
+from flightapp.analysis.packed import packed, thinned
+from flightapp.analysis.run import Run
+from flightapp.analysis.signals import Signal
 from flightapp.core.types import Array
-from flightapp.recording.phases import AIRBORNE
-from flightapp.sim.world import World
 
 Figure = dict[str, Any]
-_FONT = {"family": "system-ui, -apple-system, 'Segoe UI', Roboto, Arial, sans-serif", "size": 13, "color": "#1f2933"}
-_GRID = "#e4e7eb"
-_RED = "#b42318"
-_PAPER = "rgba(255,255,255,0.85)"
-_LEGEND_PX = 470
+_FONT = {"family": "system-ui, -apple-system, 'Segoe UI', Roboto, Arial, sans-serif", "size": 13}
+_RED = "#d0453a"
+_LEGEND_PX = 460
 """Width of a chart that its legend may use."""
-_POINTS_MAX = 3000
+_POINTS_MAX = 1200
+"""Of a line: about twice the pixels that a chart is wide."""
 _CLEARANCE_SHOWN_M = 6.0
+_DASHES = ("solid", "dot", "dash", "dashdot")
 
 
-def map_figure(run: Run) -> Figure:
-    """North up, equal axes."""
-    data = map_data(run)
-    traces = [*_ground(data), *_flown(data), *_marks(data)]
-    layout = plain_layout("east, m", "north, m")
-    layout["height"] = 760
-    layout["margin"] = {"l": 60, "r": 20, "t": 20, "b": 55}
-    layout["legend"] = {"orientation": "v", "x": 1.01, "y": 1.0, "xanchor": "left", "yanchor": "top"}
-    layout["hovermode"] = "closest"
-    layout["annotations"] = _mark_labels(data)
-    layout["xaxis"] |= {"range": [data.low_m[1], data.high_m[1]], "constrain": "domain"}
-    layout["yaxis"] |= {"range": [data.low_m[0], data.high_m[0]], "scaleanchor": "x", "scaleratio": 1, "constrain": "domain"}
-    return {"data": traces, "layout": layout}
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """What is drawn together: quantities in the order of their lines."""
+
+    title: str
+    unit: str
+    quantities: tuple[str, ...]
+    markers: bool = False
+    from_zero: bool = True
+    shown_max: float | None = None
 
 
-def chart_figures(run: Run) -> list[tuple[str, Figure]]:
+CHARTS = (
+    Chart("Distance to the evader", "m", ("distance_to_evader",)),
+    Chart("Separation of the pursuers", "m", ("separation",)),
+    Chart("Speed over ground", "m/s", ("speed",)),
+    Chart("Jerk", "m/s³", ("jerk",)),
+    Chart("Height above the datum", "m", ("height",)),
+    Chart("Clearance to obstacles", "m", ("clearance",), shown_max=_CLEARANCE_SHOWN_M),
+    Chart("Error of the target estimate, and its own 2 σ", "m", ("target_error",)),
+    Chart("Age of the target estimate", "s", ("target_age",)),
+    Chart("Planner step", "ms", ("planner_latency",), markers=True),
+    Chart("Perception of a frame", "ms", ("perception_latency",), markers=True),
+    Chart("Frame to setpoint", "ms", ("frame_to_setpoint",), markers=True),
+    Chart("Gap between setpoints", "ms", ("setpoint_gap",)),
+    Chart("Age of what is known of the others", "s", ("link_age",)),
+    Chart("Offset of the others' clocks", "ms", ("clock_offset",), from_zero=False),
+    Chart("Battery", "%", ("battery",)),
+    Chart("Battery voltage", "V", ("battery_voltage",), from_zero=False),
+    Chart("Processor load", "% of a core", ("cpu",)),
+    Chart("Lateness of the control loop", "ms", ("loop_lateness",)),
+)
+
+
+def chart_figures(run: Run, signals: Sequence[Signal]) -> list[tuple[str, Figure]]:
     """(title, figure) in the order of the report; charts for which nothing was recorded are left out."""
-    charts = [
-        ("Distance to the evader", _chart(run, "m", _target_distances(run), _capture_radius(run))),
-        ("Speed over ground", _chart(run, "m/s", _speeds(run), None)),
-        ("Height above the datum", _chart(run, "m", _heights(run), None)),
-        ("Clearance to obstacles", _chart(run, "m", _clearances(run), ("contact", 0.0), shown_max=_CLEARANCE_SHOWN_M)),
-        ("Planner step", _chart(run, "ms", _decision_latencies(run), None, markers=True)),
-        ("Camera to action", _chart(run, "ms", _camera_latencies(run), None, markers=True)),
-        ("Age of what is known of the others", _chart(run, "s", _link_ages(run), None)),
-        ("Processor load", _chart(run, "% of a core", _processor_loads(run), None)),
-    ]
-    return [(title, figure) for title, figure in charts if figure["data"]]
+    drawn = [(chart, [one for one in signals if one.quantity in chart.quantities]) for chart in CHARTS]
+    return [(chart.title, _figure(run, chart, chosen)) for chart, chosen in drawn if chosen]
 
 
-def _ground(data: MapData) -> list[Figure]:
-    traces = []
-    if data.fence is not None:
-        traces.append(_outline([data.fence], "fence", "#52606d", dash="dot"))
-    if data.boundary is not None:
-        traces.append(_outline([data.boundary], "protected boundary", _RED, width=3))
-    if data.obstacles:
-        traces.append(_outline(data.obstacles, "surveyed obstacle", "#616e7c", fill="rgba(97,110,124,0.22)"))
-    if data.perceived:
-        traces.append(_outline(data.perceived, "obstacle as perceived", "#d97706", fill="rgba(245,158,11,0.20)"))
-    return traces
+def not_recorded(signals: Sequence[Signal]) -> list[str]:
+    """Titles of the charts for which nothing was recorded."""
+    known = {signal.quantity for signal in signals}
+    return [chart.title for chart in CHARTS if not known & set(chart.quantities)]
 
 
-def _outline(
-    lines: Iterable[Array], name: str, colour: str, *, width: float = 1.5, dash: str = "solid", fill: str | None = None
-) -> Figure:
-    east, north = _joined(lines)
-    trace: Figure = {
-        "type": "scatter",
-        "mode": "lines",
-        "name": name,
-        "x": east,
-        "y": north,
-        "line": {"color": colour, "width": width, "dash": dash},
-        "hoverinfo": "name",
-    }
-    return trace if fill is None else trace | {"fill": "toself", "fillcolor": fill}
-
-
-def _joined(lines: Iterable[Array]) -> tuple[list[float | None], list[float | None]]:
-    """East and north of several lines in one trace, null between them."""
-    east: list[float | None] = []
-    north: list[float | None] = []
-    for line in lines:
-        if east:
-            east.append(None)
-            north.append(None)
-        east += rounded(line[:, 1])
-        north += rounded(line[:, 0])
-    return east, north
-
-
-def _flown(data: MapData) -> list[Figure]:
-    traces = []
-    legend: set[str] = set()
-    for stretch in sorted(data.stretches, key=lambda one: one.label != OTHER_LABEL):
-        east, north = _joined([stretch.points_m])
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "name": stretch.label,
-                "legendgroup": stretch.label,
-                "showlegend": stretch.label not in legend,
-                "x": east,
-                "y": north,
-                "text": [f"{stretch.vehicle}, {t_s:.1f} s" for t_s in stretch.t_s.tolist()],
-                "hovertemplate": "%{text}<br>north %{y:.1f} m, east %{x:.1f} m",
-                "line": {"color": stretch.colour, "width": 1.2 if stretch.label == OTHER_LABEL else 3},
-            }
-        )
-        legend.add(stretch.label)
-    return traces
-
-
-def _marks(data: MapData) -> list[Figure]:
-    return [
-        {
-            "type": "scatter",
-            "mode": "markers",
-            "x": rounded([mark.point_m[1]]),
-            "y": rounded([mark.point_m[0]]),
-            "marker": {
-                "symbol": "star" if mark.kind == "capture" else "circle",
-                "size": 17 if mark.kind == "capture" else 10,
-                "color": mark.colour,
-                "line": {"color": "#ffffff", "width": 1.5},
-            },
-            "hoverinfo": "skip",
-            "showlegend": False,
-        }
-        for mark in data.markers
-    ]
-
-
-def _mark_labels(data: MapData) -> list[Figure]:
-    return [
-        {
-            "x": mark.point_m[1],
-            "y": mark.point_m[0],
-            "text": f"<b>{escape(mark.text)}</b>",
-            "font": {"color": mark.colour},
-            "bgcolor": _PAPER,
-            "showarrow": mark.kind == "capture",
-            "arrowcolor": mark.colour,
-            "arrowwidth": 1,
-            "arrowhead": 0,
-            "standoff": 8,
-            "ax": 95,
-            "ay": -55,
-            "yshift": 0 if mark.kind == "capture" else 18 if mark.label_above else -18,
-        }
-        for mark in data.markers
-    ]
-
-
-def _chart(
-    run: Run,
-    unit: str,
-    traces: list[Figure],
-    threshold: tuple[str, float] | None,
-    *,
-    markers: bool = False,
-    shown_max: float | None = None,
-) -> Figure:
-    layout = plain_layout(f"time since the {origin_name(run)} began, s", unit)
+def _figure(run: Run, chart: Chart, signals: list[Signal]) -> Figure:
+    traces = _traces(run, chart, signals)
+    layout = plain_layout(f"time since the {origin_name(run)} began, s", chart.unit)
     top = 14 + 20 * _legend_rows(traces)
     layout["height"] = 225 + top
-    layout["margin"] = {"l": 60, "r": 20, "t": top, "b": 45}
-    layout["legend"] = {
-        "orientation": "h",
-        "x": 0.0,
-        "y": 1.02,
-        "xanchor": "left",
-        "yanchor": "bottom",
-        "itemsizing": "constant",
-    }
+    layout["margin"] = {"l": 56, "r": 14, "t": top, "b": 42}
+    layout["legend"] = {"orientation": "h", "x": 0, "y": 1.02, "xanchor": "left", "yanchor": "bottom", "itemsizing": "constant"}
     layout["showlegend"] = True
-    layout["xaxis"]["range"] = list(_span_s(run))
-    layout["yaxis"]["rangemode"] = "tozero"
-    if shown_max is not None and traces:
-        low = min((value for trace in traces for value in trace["y"] if value is not None), default=0.0)
-        layout["yaxis"]["range"] = [min(-0.3, 1.1 * low), max(shown_max, 1.5 * low)]
-    if markers:
-        traces = [trace | {"mode": "markers", "marker": {"size": 3.5} | trace["marker"]} for trace in traces]
-    layout["shapes"], layout["annotations"] = _reference_lines(run, threshold)
+    layout["xaxis"]["range"] = list(span_s(run))
+    if chart.from_zero:
+        layout["yaxis"]["rangemode"] = "tozero"
+    if chart.shown_max is not None:
+        low = min(float(np.nanmin(signal.values, initial=0.0)) for signal in signals)
+        layout["yaxis"]["range"] = [min(-0.3, 1.1 * low), max(chart.shown_max, 1.5 * low)]
+    layout["shapes"], layout["annotations"] = _reference_lines(run, _threshold(run, chart))
     return {"data": traces, "layout": layout}
+
+
+def _traces(run: Run, chart: Chart, signals: list[Signal]) -> list[Figure]:
+    colours = vehicle_colours(run)
+    drawn: dict[str, int] = {}
+    traces = []
+    for signal in signals:
+        number = drawn[signal.vehicle] = drawn.get(signal.vehicle, -1) + 1
+        t_s, values = thinned(signal.t_s - origin_s(run), signal.values, _POINTS_MAX)
+        colour = colours.get(signal.vehicle, "#7b8794")
+        trace: Figure = {
+            "type": "scatter",
+            "mode": "markers" if chart.markers else "lines",
+            "name": signal.label,
+            "x": packed(t_s),
+            "y": packed(values),
+            "hovertemplate": "%{y:.3~f}",
+            "line": {"color": colour, "width": 1.6, "dash": _DASHES[number % len(_DASHES)]},
+            "marker": {"color": colour, "size": 3.5, "opacity": 0.65},
+        }
+        traces.append(trace)
+    return traces
+
+
+def _threshold(run: Run, chart: Chart) -> tuple[str, float] | None:
+    """The limit that the chart is read against."""
+    profiles = [vehicle.profile for vehicle in run.vehicles if vehicle.profile is not None]
+    if chart.quantities == ("distance_to_evader",) and run.mission is not None:
+        return "capture radius", run.mission.capture.radius_m
+    if chart.quantities == ("separation",) and profiles:
+        return "required", max(profile.safety.separation_min_m for profile in profiles)
+    if chart.quantities == ("clearance",):
+        return "contact", 0.0
+    return None
 
 
 def _legend_rows(traces: list[Figure]) -> int:
@@ -216,149 +143,32 @@ def _reference_lines(run: Run, threshold: tuple[str, float] | None) -> tuple[lis
         line = {"color": _RED, "width": 1.2, "dash": "dash"}
         shapes.append({"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": value, "y1": value, "line": line})
         note = {"xref": "paper", "x": 1.0, "y": value, "text": name, "showarrow": False, "xanchor": "right", "yanchor": "bottom"}
-        notes.append(note | {"font": {"size": 11, "color": _RED}, "bgcolor": _PAPER})
+        notes.append(note | {"font": {"size": 11, "color": _RED}})
     return shapes, notes
 
 
 def plain_layout(x_title: str, y_title: str) -> Figure:
-    axis = {"gridcolor": _GRID, "zerolinecolor": "#cbd2d9", "linecolor": "#9aa5b1", "ticks": "outside", "tickcolor": "#9aa5b1"}
+    """Without colours of paper, ink and grid: the page adds them, light or dark."""
+    axis = {"ticks": "outside"}
     return {
-        "font": _FONT,
-        "paper_bgcolor": "#ffffff",
-        "plot_bgcolor": "#ffffff",
+        "font": dict(_FONT),
         "hovermode": "x unified",
         "xaxis": axis | {"title": {"text": x_title, "standoff": 8, "font": {"size": 12}}},
         "yaxis": axis | {"title": {"text": y_title, "standoff": 8, "font": {"size": 12}}},
     }
 
 
-def _span_s(run: Run) -> tuple[float, float]:
-    """From take-off to the end of the last recording, relative to the pursuit."""
+def span_s(run: Run) -> tuple[float, float]:
+    """From take-off to the end of the last recording, relative to the origin of the page; from the first sample without one."""
     zero_s = origin_s(run)
     starts = [window.start_s for v in run.vehicles if (window := v.phases.window(("takeoff", "ready", "pursue"))) is not None]
+    if not starts:
+        starts = [float(series.t_s[0]) for v in run.vehicles for series in v.recording.series.values() if len(series)]
     ends = [vehicle.phases.end_s for vehicle in run.vehicles]
-    return min(starts, default=zero_s) - zero_s, max(ends, default=zero_s + 1.0) - zero_s
-
-
-def _trace(
-    run: Run, vehicle: str, name: str, t_s: Array, values: Array, *, dash: str = "solid", symbol: str = "circle"
-) -> Figure:
-    colour = vehicle_colours(run).get(vehicle, "#4a5568")
-    step = max(1, -(-len(t_s) // _POINTS_MAX))
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": name,
-        "x": rounded((t_s - origin_s(run))[::step]),
-        "y": rounded(values[::step]),
-        "line": {"color": colour, "width": 1.8, "dash": dash},
-        "marker": {"color": colour, "symbol": symbol, "opacity": 0.65},
-    }
+    start_s = min(starts, default=zero_s) - zero_s
+    return start_s, max(max(ends, default=zero_s) - zero_s, start_s + 1.0)
 
 
 def rounded(values: Array | list[float]) -> list[float | None]:
     """Millimetres and milliseconds are enough to look at; what is not a number is null."""
     return [round(value, 3) if np.isfinite(value) else None for value in np.asarray(values, dtype=np.float64).tolist()]
-
-
-def _target_distances(run: Run) -> list[Figure]:
-    evader = run.evader_track()
-    traces = []
-    for vehicle in pursuers_of(run):
-        if evader is None or vehicle.track is None or vehicle.role == "evader":
-            continue
-        inside = (vehicle.track.t_s >= evader.t_s[0]) & (vehicle.track.t_s <= evader.t_s[-1])
-        times = vehicle.track.t_s[inside]
-        gap = vehicle.track.position_ned_m[inside] - evader.at(times).position_ned_m
-        traces.append(_trace(run, vehicle.name, vehicle.name, times, np.linalg.norm(gap, axis=1)))
-    return traces
-
-
-def _capture_radius(run: Run) -> tuple[str, float] | None:
-    return None if run.mission is None else ("capture radius", run.mission.capture.radius_m)
-
-
-def _speeds(run: Run) -> list[Figure]:
-    return [
-        _trace(run, v.name, v.name, v.track.t_s, np.linalg.norm(v.track.velocity_ned_m_s[:, :2], axis=1))
-        for v in run.vehicles
-        if v.track is not None
-    ]
-
-
-def _heights(run: Run) -> list[Figure]:
-    return [_trace(run, v.name, v.name, v.track.t_s, -v.track.position_ned_m[:, 2]) for v in run.vehicles if v.track is not None]
-
-
-def _clearances(run: Run) -> list[Figure]:
-    """True clearance of the body where world and profile are known, and the clearance to the discs known on board."""
-    traces = []
-    for vehicle in pursuers_of(run):
-        true = _true_clearance(run, vehicle)
-        if true is not None:
-            traces.append(true)
-        setpoints = vehicle.recording.topic("/setpoint")
-        known = setpoints.column("clearance_m")
-        known[known > 10 * _CLEARANCE_SHOWN_M] = np.nan
-        if np.isfinite(known).any():
-            traces.append(_trace(run, vehicle.name, f"{vehicle.name}, as known on board", setpoints.t_s, known, dash="dot"))
-    return traces
-
-
-def _true_clearance(run: Run, vehicle: VehicleRun) -> Figure | None:
-    mission, track, profile = run.mission, vehicle.track, vehicle.profile
-    if mission is None or track is None or profile is None or not (mission.obstacles.cylinders or mission.obstacles.boxes):
-        return None
-    world = World(mission.obstacles)
-    distances = np.array([world.signed_distance_m(*point) for point in track.position_ned_m.tolist()])
-    return _trace(run, vehicle.name, f"{vehicle.name}, surveyed", track.t_s, distances - profile.limits.body_radius_m)
-
-
-def _decision_latencies(run: Run) -> list[Figure]:
-    decisions = {vehicle.name: vehicle.recording.topic("/decision") for vehicle in run.vehicles}
-    return [_trace(run, name, name, s.t_s, s.column("latency_s") * 1e3) for name, s in decisions.items() if len(s)]
-
-
-def _camera_latencies(run: Run) -> list[Figure]:
-    traces = []
-    for vehicle in run.vehicles:
-        obstacles, setpoints = vehicle.recording.topic("/obstacles"), vehicle.recording.topic("/setpoint")
-        if len(obstacles):
-            latency = timing.perception_latency_ms(obstacles)
-            traces.append(_trace(run, vehicle.name, f"{vehicle.name}, perception", obstacles.t_s, latency, symbol="circle"))
-        new = np.array([message.get("new_frame") is True for message in setpoints.messages], dtype=bool)
-        if new.any():
-            latency = (setpoints.column("t_s") - setpoints.column("frame_t_s"))[new] * 1e3
-            name = f"{vehicle.name}, frame to setpoint"
-            traces.append(_trace(run, vehicle.name, name, setpoints.t_s[new], latency, symbol="cross"))
-    return traces
-
-
-def _processor_loads(run: Run) -> list[Figure]:
-    healths = {vehicle.name: vehicle.recording.topic("/health") for vehicle in run.vehicles}
-    return [_trace(run, name, name, s.t_s, s.column("cpu_fraction") * 100.0) for name, s in healths.items() if len(s)]
-
-
-def _link_ages(run: Run) -> list[Figure]:
-    """One line for each pair of vehicles, until the first of them has landed and falls silent."""
-    flown = [window for vehicle in run.vehicles if (window := vehicle.phases.window(AIRBORNE)) is not None]
-    end_s = min((window.end_s for window in flown), default=math.inf)
-    dashes = ("solid", "dot", "dash", "dashdot")
-    traces = []
-    for vehicle in run.vehicles:
-        series = vehicle.recording.topic("/team")
-        known = [message for t_s, message in zip(series.t_s.tolist(), series.messages, strict=True) if t_s <= end_s]
-        for number, (other, (times, ages)) in enumerate(sorted(_ages(series.t_s[: len(known)], known).items())):
-            name = f"{vehicle.name} of {other}"
-            traces.append(_trace(run, vehicle.name, name, np.array(times), np.array(ages), dash=dashes[number % len(dashes)]))
-    return traces
-
-
-def _ages(t_s: Array, messages: list[dict[str, Any]]) -> Mapping[str, tuple[list[float], list[float]]]:
-    ages: dict[str, tuple[list[float], list[float]]] = {}
-    for time, message in zip(t_s.tolist(), messages, strict=True):
-        for member in message.get("members", []):
-            times, values = ages.setdefault(str(member["name"]), ([], []))
-            times.append(time)
-            values.append(float(member["age_s"]))
-    return ages

@@ -65,3 +65,17 @@ def as_json(finding: Finding) -> dict[str, object]:
         "to_s": finding.to_s,
         "evidence": dict(finding.evidence),
     }
+
+
+def of_json(told: Mapping[str, Any]) -> Finding:
+    """The finding of an entry of summary.json."""
+    return Finding(
+        told["analyser"],
+        Severity[told["severity"].upper()],
+        told["title"],
+        told["text"],
+        told["from_s"],
+        told["to_s"],
+        told["evidence"],
+        told["vehicle"],
+    )

@@ -22,19 +22,26 @@ def path_length_m(track: Track) -> float:
 
 
 def mean_jerk_m_s3(track: Track) -> float | None:
-    """Mean size of the jerk: second differences of the velocity averaged over 0.2 s, so that sensor noise is not jerk.
+    """Mean size of the jerk; None for less than 0.6 s."""
+    _, jerk = jerk_m_s3(track)
+    return float(jerk.mean()) if len(jerk) else None
 
-    None for less than 0.6 s.
+
+def jerk_m_s3(track: Track) -> tuple[Array, Array]:
+    """Times (n,) and size (n,) of the jerk: second differences of the velocity averaged over 0.2 s, so that noise is no jerk.
+
+    Nothing for less than 0.6 s.
     """
     fine_s = _JERK_STEP_S / _JERK_FINE_STEPS
     count = int((track.t_s[-1] - track.t_s[0]) / fine_s) if len(track) else 0
     count -= count % _JERK_FINE_STEPS
     if count < 3 * _JERK_FINE_STEPS:
-        return None
-    velocity = track.at(track.t_s[0] + fine_s * np.arange(count)).velocity_ned_m_s
-    mean = velocity.reshape(-1, _JERK_FINE_STEPS, 3).mean(axis=1)
+        return np.zeros(0), np.zeros(0)
+    times = track.t_s[0] + fine_s * np.arange(count)
+    mean = track.at(times).velocity_ned_m_s.reshape(-1, _JERK_FINE_STEPS, 3).mean(axis=1)
     jerk = np.diff(mean, n=2, axis=0) / _JERK_STEP_S**2
-    return float(np.linalg.norm(jerk, axis=1).mean())
+    middle = times.reshape(-1, _JERK_FINE_STEPS).mean(axis=1)[1:-1]
+    return middle, np.linalg.norm(jerk, axis=1)
 
 
 def min_distance_m(first: Track, second: Track, window: Window) -> tuple[float, float] | None:

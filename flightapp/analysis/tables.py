@@ -40,7 +40,7 @@ def figures_table(summary: Summary) -> str:
         ("Setpoints, longest gap", number(summary["setpoint_gap_max_ms"], 0, "ms")),
         ("Messages not recorded", number(summary["dropped"], 0, "")),
     ]
-    return _table([], rows, "figures")
+    return plain_table([], rows, "figures")
 
 
 def vehicles_table(summary: Summary) -> str:
@@ -63,30 +63,56 @@ def vehicles_table(summary: Summary) -> str:
         ("Not recorded", lambda v: number(v["dropped"], 0, "")),
     ]
     rows = [(label, *(show(figures) for figures in vehicles.values())) for label, show in lines]
-    return _table(["", *(escape(name) for name in vehicles)], rows, "vehicles")
+    return plain_table(["", *(escape(name) for name in vehicles)], rows, "vehicles")
 
 
-def events_table(run: Run) -> str:
-    """Events and phases of all vehicles in the order of their times."""
+EVENT_LEVELS = ("error", "warning", "phase", "info")
+
+
+def events_section(run: Run) -> str:
+    """Events and phases of all vehicles in the order of their times, to be chosen by level and by text."""
     zero_s = origin_s(run)
     found: list[tuple[float, str, str, str, str]] = []
     for vehicle in run.vehicles:
         events = vehicle.recording.topic("/event")
         for t_s, event in zip(events.t_s.tolist(), events.messages, strict=True):
             level, name, text = (str(event.get(key, "")) for key in ("level", "name", "text"))
-            found.append((t_s, vehicle.name, level, name, text))
+            found.append((t_s, vehicle.name, level if level in EVENT_LEVELS else "info", name, text))
         phases = vehicle.recording.topic("/phase")
         for t_s, phase in zip(phases.t_s.tolist(), phases.messages, strict=True):
             outcome = phase.get("outcome")
             texts = [str(phase.get("reason") or ""), f"outcome {outcome}" if outcome else ""]
             found.append((t_s, vehicle.name, "phase", str(phase.get("phase")), "; ".join(text for text in texts if text)))
     if not found:
-        return '<p class="note">No events were recorded.</p>'
-    rows = [
-        (f"{t_s - zero_s:.1f}", escape(vehicle), _badge(level), escape(name), escape(text))
-        for t_s, vehicle, level, name, text in sorted(found)
-    ]
-    return f'<div class="scroll">{_table(["Time, s", "Vehicle", "Level", "Name", "What happened"], rows, "events")}</div>'
+        return '<section><h2>Events</h2><p class="note">No events were recorded.</p></section>'
+    rows = "".join(_event_row(zero_s, *event) for event in sorted(found))
+    head = "".join(f"<th>{name}</th>" for name in ("Time, s", "Vehicle", "Level", "Name", "What happened"))
+    table = f'<table class="events" id="events"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
+    return f'<section><h2>Events</h2>{_filters(found)}<div class="scroll">{table}</div></section>'
+
+
+def _event_row(zero_s: float, t_s: float, vehicle: str, level: str, name: str, text: str) -> str:
+    return (
+        f'<tr data-level="{level}"><td>{time_button(t_s - zero_s)}</td><td>{escape(vehicle)}</td>'
+        f'<td><span class="badge {level}">{level}</span></td><td>{escape(name)}</td><td>{escape(text)}</td></tr>'
+    )
+
+
+def _filters(found: Sequence[tuple[float, str, str, str, str]]) -> str:
+    boxes = "".join(
+        f'<label><input type="checkbox" data-level-filter="{level}" checked> {level} '
+        f"({sum(event[2] == level for event in found)})</label>"
+        for level in EVENT_LEVELS
+    )
+    search = (
+        '<input type="search" id="event-text" placeholder="vehicle, name or text" aria-label="Show only events with this text">'
+    )
+    return f'<div class="filters">{boxes}{search}</div>'
+
+
+def time_button(t_s: float) -> str:
+    """A time since the page's origin, s; a click on it takes the slider there."""
+    return f'<button type="button" class="time" data-t="{t_s:.3f}">{round(t_s, 1) + 0.0:.1f}</button>'
 
 
 def recordings_table(summary: Summary) -> str:
@@ -95,7 +121,7 @@ def recordings_table(summary: Summary) -> str:
         (escape(one["file"]), "complete" if one["complete"] else escape(one["error"] or "cut off; everything before is used"))
         for one in summary["recordings"]
     ]
-    return _table(["File", "State"], rows, "recordings")
+    return plain_table(["File", "State"], rows, "recordings")
 
 
 def number(value: float | None, digits: int, unit: str) -> str:
@@ -122,12 +148,8 @@ def modes(shares: dict[str, float]) -> str:
     return "<br>".join(f"{escape(mode)} {100 * part:.0f} %" for mode, part in ordered) or UNKNOWN
 
 
-def _badge(level: str) -> str:
-    known = level if level in ("info", "warning", "error", "phase") else "info"
-    return f'<span class="badge {known}">{escape(level)}</span>'
-
-
-def _table(head: Sequence[str], rows: Sequence[tuple[str, ...]], name: str) -> str:
+def plain_table(head: Sequence[str], rows: Sequence[tuple[str, ...]], name: str) -> str:
+    """Cells are HTML already."""
     top = f"<thead><tr>{''.join(f'<th>{cell}</th>' for cell in head)}</tr></thead>" if head else ""
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
     return f'<table class="{name}">{top}<tbody>{body}</tbody></table>'
