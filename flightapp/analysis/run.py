@@ -17,6 +17,7 @@ from flightapp.config.profile import Profile, load_profile
 from flightapp.core.errors import InputError
 from flightapp.recording.phases import Phases, Window, phases_of
 from flightapp.recording.reader import Recording, Series, read_recording
+from flightapp.recording.small_log import SUFFIX
 
 TRUTH_STEM = "truth"
 MISSION_FILE = "mission.toml"
@@ -106,7 +107,9 @@ def load_run(paths: Sequence[Path]) -> Run:
 
 
 def _files_in(folder: Path) -> list[Path]:
-    files = sorted(folder.glob("*.mcap"))
+    every = sorted(folder.glob("*.mcap"))
+    whole = {file.name for file in every if not file.name.endswith(SUFFIX)}
+    files = [file for file in every if not file.name.endswith(SUFFIX) or file.name.replace(SUFFIX, ".mcap") not in whole]
     if not files:
         raise InputError(f"{folder}: no recording (.mcap) in this folder")
     return files
@@ -207,6 +210,6 @@ def _attached(model: type[Model], recording: Recording, name: str) -> Model:
     where = Path(f"{recording.path}:{name}")
     try:
         tables = tomllib.loads(recording.attachments[name].decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"{where}: not valid TOML: {error}") from None
     return validate(model, tables, where)

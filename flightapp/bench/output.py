@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import tempfile
-from dataclasses import replace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,54 +21,76 @@ from flightapp.planning.registry import make_planner
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.journal import Journal
 from flightapp.runtime.perception_thread import Perceived, PerceptionHealth
+from flightapp.runtime.vehicle_process import THREAD_SWITCH_S
 from flightapp.safety.api import SafetyContext
 from flightapp.vehicle.autopilot import Motion
 from perception.sources.api import SourceHealth
 
-PAUSE_S = 0.002
+PAUSE_S = 0.005
 """Faster than any control loop, slow enough for the recorder's thread to keep up."""
+RECORDER_AIM_MS = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class _Tick:
+    """What one control period has in hand when it is recorded."""
+
+    seen: Observation
+    context: SafetyContext
+    motion: Motion
+    perceived: Perceived
+    decision: Decision
+    wish: Setpoint
+    number: int
 
 
 def recorder_measurement(limits: Limits, seconds: float) -> Measurement:
-    """Own state, target, obstacles, decision and setpoint of one period into a real recording in a temporary folder."""
+    """Own state, target, obstacles, observation, decision and setpoint of one period into a real recording with its small log.
+
+    Measured is what the control loop waits for. The recorder's thread works at the same time, in the pauses and beside.
+    """
     planner = make_planner("ac2f", limits=limits)
 
-    def decide(k: int) -> tuple[Observation, Decision, int]:
+    def decide(k: int) -> _Tick:
         seen = far(k)
-        return seen, planner.step(seen), k
+        decision = planner.step(seen)
+        rows = len(seen.obstacles.discs)
+        health = PerceptionHealth(SourceHealth())
+        perceived = Perceived(seen.obstacles, np.zeros(rows), np.ones(rows), seen.t_s, k, 0.03, 0.001, health)
+        wish = Setpoint(decision.velocity_ned_m_s, decision.yaw_rad)
+        return _Tick(seen, _context(seen, limits), Motion(seen.own, 0.0, 0.0, seen.t_s), perceived, decision, wish, k)
 
-    with tempfile.TemporaryDirectory() as folder, Recorder(Path(folder) / "bench.mcap") as recorder:
-        journal = Journal(recorder, SystemClock(), "bench")
+    with tempfile.TemporaryDirectory() as name, _vehicles_thread_switch():
+        folder = Path(name)
+        with Recorder(folder / "bench.mcap", small_path=folder / "bench.small.mcap") as recorder:
+            journal = Journal(recorder, SystemClock(), "bench")
 
-        def record(given: tuple[Observation, Decision, int]) -> None:
-            seen, decision, number = given
-            now_s = seen.t_s
-            journal.own(Motion(seen.own, 0.0, 0.0, now_s), now_s)
-            if seen.target is not None:
-                journal.target(seen.target, now_s)
-            rows = len(seen.obstacles.discs)
-            journal.obstacles(
-                Perceived(
-                    seen.obstacles,
-                    np.zeros(rows),
-                    np.ones(rows),
-                    now_s,
-                    number,
-                    0.03,
-                    0.001,
-                    PerceptionHealth(SourceHealth()),
-                ),
-                now_s,
-            )
-            journal.observation(seen, _context(seen, limits), number, planned=True, held=False)
-            journal.decision(decision, 0.0002, now_s)
-            wish = Setpoint(decision.velocity_ned_m_s, decision.yaw_rad)
-            journal.setpoint(wish, wish, now_s, True, (), 1.0, now_s)
+            def record(tick: _Tick) -> None:
+                now_s = tick.seen.t_s
+                journal.own(tick.motion, now_s)
+                if tick.seen.target is not None:
+                    journal.target(tick.seen.target, now_s)
+                journal.obstacles(tick.perceived, now_s)
+                journal.observation(tick.seen, tick.context, tick.number, planned=True, held=False)
+                journal.decision(tick.decision, 0.0002, now_s)
+                journal.setpoint(tick.wish, tick.wish, now_s, True, (), 1.0, now_s)
 
-        found = measure(Work("recorder, six messages of a tick", decide, record, pause_s=PAUSE_S), seconds)
-        if recorder.dropped:
-            raise RuntimeError(f"{recorder.dropped} messages were dropped: dropping is cheaper than recording")
+            work = Work("recorder, six messages of a tick", decide, record, aim_ms=RECORDER_AIM_MS, pause_s=PAUSE_S)
+            found = measure(work, seconds)
+            if recorder.dropped:
+                raise RuntimeError(f"{recorder.dropped} messages were dropped: dropping is cheaper than recording")
     return found
+
+
+@contextmanager
+def _vehicles_thread_switch() -> Iterator[None]:
+    """Threads take turns as in a vehicle process."""
+    before_s = sys.getswitchinterval()
+    sys.setswitchinterval(THREAD_SWITCH_S)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before_s)
 
 
 def _context(seen: Observation, limits: Limits) -> SafetyContext:

@@ -174,6 +174,8 @@ class RecordingOptions(Strict):
     folder: Path = Path("runs")
     flush_period_s: float = Field(default=0.2, gt=0, le=0.5)
     chunk_bytes: int = Field(default=131072, ge=4096, le=4194304)
+    small_log: bool = True
+    """Beside the recording a decimated one, `<vehicle>.small.mcap`: all events, states now and then, quick to send."""
     depth_rate_hz: float = Field(default=0.0, ge=0, le=90)
     """Depth images a second in the recording; 0: none. Those that come while one is compressed are left out and counted."""
     depth_stride: int = Field(default=1, ge=1, le=16)

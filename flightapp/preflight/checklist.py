@@ -20,6 +20,7 @@ from flightapp.preflight.checks import (
     position,
     processor,
     ready_to_arm,
+    storage,
     system_id,
     team,
     transmitter,
@@ -45,6 +46,7 @@ CHECKS: tuple[Check, ...] = (
     certificates.judge,
     clock.judge,
     disk.judge,
+    storage.judge,
     processor.judge,
 )
 

@@ -54,6 +54,15 @@ class ComputerFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class RecorderFacts:
+    """The flight recorder, which runs since the vehicle's process began."""
+
+    flush_slowest_s: float
+    """Longest time that handing the recording to the disk has taken."""
+    error: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Facts:
     """Everything, at `t_s`."""
 
@@ -75,3 +84,4 @@ class Facts:
     computer: ComputerFacts
     credentials: Credentials | None = None
     """With which it joins the fleet; None: the fleet is open."""
+    recorder: RecorderFacts | None = None

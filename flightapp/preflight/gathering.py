@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from flightapp.fleet.security.credentials import load_credentials
 from flightapp.preflight.computer import computer_facts
-from flightapp.preflight.facts import CameraFacts, Facts, TeammateFacts
+from flightapp.preflight.facts import CameraFacts, Facts, RecorderFacts, TeammateFacts
 from flightapp.preflight.px4_parameters import Needed, needed_parameters
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.perception_thread import PerceptionThread
@@ -64,6 +64,7 @@ class Gatherer:
             teammates=tuple(self._teammates(now_s)),
             computer=computer_facts(rooms.profile.recording.folder),
             credentials=self._credentials,
+            recorder=RecorderFacts(rooms.journal.flush_slowest_s, rooms.journal.recording_error),
         )
 
     def _camera(self, perception: PerceptionThread, now_s: float) -> CameraFacts:

@@ -210,6 +210,28 @@ class DecisionRecord:
 
 
 @dataclass(slots=True)
+class Candidates:
+    """What the dynamic window weighed, thinned out: arcs of constant speed and turn rate from the own position."""
+
+    t_s: float
+    north_m: float
+    east_m: float
+    down_m: float
+    course_rad: float
+    """Of the own velocity, where every arc begins."""
+    horizon_s: float
+    """Duration of the drawn arcs."""
+    speed_m_s: list[float]
+    turn_rad_s: list[float]
+    score: list[float]
+    """Weighted sum of the critics; 0 where the candidate is rejected."""
+    verdict: list[int]
+    """0 admissible, 1 collides on its arc, 2 collides while braking."""
+    best: int | None
+    """Row of the chosen candidate; null where none is admissible."""
+
+
+@dataclass(slots=True)
 class SetpointRecord:
     """What was sent to the autopilot, and which guards changed the planner's wish."""
 
@@ -269,6 +291,9 @@ class Health:
     """Time between setpoints that follow each other, since the previous sample; null where none followed another."""
     setpoint_gap_p99_ms: float | None = None
     setpoint_gap_max_ms: float | None = None
+    recording_dropped_by_channel: dict[str, int] = field(default_factory=dict)
+    recording_flush_slowest_s: float = 0.0
+    """Longest time that handing the recording to the disk has taken so far."""
 
 
 @dataclass(slots=True)

@@ -20,20 +20,21 @@ _JSON = orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_NON_STR_KEYS
 
 def schema_of(message: type) -> JsonSchema | foxglove.Schema:
     """What the file says about a channel's messages."""
-    return message.get_schema() if _is_foxglove(message) else json_schema(message)  # type: ignore[attr-defined]
+    return message.get_schema() if is_foxglove(message) else json_schema(message)  # type: ignore[attr-defined]
 
 
 def encoding_of(message: type) -> str:
     """The name of the message encoding in the file."""
-    return "protobuf" if _is_foxglove(message) else "json"
+    return "protobuf" if is_foxglove(message) else "json"
 
 
 def encoder_of(message: type) -> Callable[[Any], bytes]:
     """From a message of this type to its bytes."""
-    return message.encode if _is_foxglove(message) else _json  # type: ignore[attr-defined]
+    return message.encode if is_foxglove(message) else _json  # type: ignore[attr-defined]
 
 
-def _is_foxglove(message: type) -> bool:
+def is_foxglove(message: type) -> bool:
+    """Whether it is one of Foxglove's own message types."""
     return hasattr(message, "get_schema")
 
 

@@ -26,6 +26,7 @@ from flightapp.runtime.hover import Hover, wish_of
 from flightapp.runtime.leadership import Leadership
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.rooms import Rooms
+from flightapp.runtime.search_record import SearchRecord
 from flightapp.runtime.target_fusion import TargetFusion
 from flightapp.runtime.teamwork import Teamwork
 from flightapp.safety.api import Demand, SafetyContext
@@ -59,6 +60,7 @@ class ControlLoop:
         self._teamwork = Teamwork(rooms)
         self._target_fusion = TargetFusion(rooms, self._teamwork)
         self._fleet_time = FleetTime(rooms)
+        self._search_record = SearchRecord(rooms.planner, rooms.journal)
         self.leadership = Leadership(rooms)
         self.coordination = Coordination(rooms, self._teamwork, self.leadership)
         self._hover = Hover(
@@ -283,6 +285,7 @@ class ControlLoop:
         self.decision, self.decision_latency_s = decision, latency_s
         self.decision_is_finite = bool(np.isfinite(decision.velocity_ned_m_s).all()) and math.isfinite(decision.yaw_rad)
         rooms.journal.decision(decision, latency_s, observation.t_s)
+        self._search_record.note(observation)
         if decision.reason:
             rooms.journal.event("info", "mode", f"{decision.mode}: {decision.reason}", mode=decision.mode)
         return wish_of(decision, self._hover, observation.own, feed_forward=rooms.profile.control.acceleration_feed_forward)

@@ -1,4 +1,7 @@
-"""From live values to recorded messages: the only place where the runtime meets the recorder."""
+"""From live values to recorded messages: the only place where the runtime meets the recorder.
+
+Values of the fast channels are handed over as they are and become messages in the recorder's thread: they are immutable.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +9,16 @@ import logging
 import math
 from collections.abc import Iterable, Mapping
 
+import numpy as np
+
 from flightapp.core.clock import Clock
-from flightapp.core.types import Array, Decision, Observation, Setpoint, TargetTrack
+from flightapp.core.types import Array, Decision, Observation, Setpoint, TargetTrack, VehicleState
 from flightapp.estimation.target_filter import Fit
 from flightapp.fleet.clock_offset import Offset
 from flightapp.fleet.coordination.plan import Plan
 from flightapp.fleet.messages.command import Acknowledgement, Command
 from flightapp.fleet.peers import Peer
+from flightapp.planning.ac2f.candidates import STANDING_M_S, Candidates
 from flightapp.recording import messages
 from flightapp.recording.observation import observation_record
 from flightapp.recording.recorder import Recorder
@@ -31,6 +37,11 @@ class Journal:
         self._recorder = recorder
         self._clock = clock
         self._log = logging.getLogger(vehicle)
+
+    @property
+    def flush_slowest_s(self) -> float:
+        """Longest time that handing the recording to the disk has taken so far."""
+        return self._recorder.flush_slowest_s
 
     @property
     def recording_error(self) -> str | None:
@@ -64,34 +75,10 @@ class Journal:
         self._recorder.log("/phase", messages.Phase(now_s, phase, reason, outcome), now_s)
 
     def own(self, motion: Motion, now_s: float) -> None:
-        state = motion.state
-        self._recorder.log(
-            "/own",
-            messages.OwnState(
-                state.t_s,
-                state.position_ned_m.tolist(),
-                state.velocity_ned_m_s.tolist(),
-                motion.roll_rad,
-                motion.pitch_rad,
-                state.yaw_rad,
-                now_s - motion.arrived_s,
-            ),
-            now_s,
-        )
+        self._recorder.log("/own", lambda: _own(motion, now_s), now_s)
 
     def target(self, track: TargetTrack, now_s: float) -> None:
-        variance = float(track.covariance[0, 0] + track.covariance[1, 1])
-        self._recorder.log(
-            "/target",
-            messages.Target(
-                track.t_s,
-                track.position_ned_m.tolist(),
-                track.velocity_ned_m_s.tolist(),
-                math.sqrt(max(0.0, variance)),
-                track.age_s,
-            ),
-            now_s,
-        )
+        self._recorder.log("/target", lambda: _target(track), now_s)
 
     def sighting(
         self,
@@ -147,55 +134,24 @@ class Journal:
         self._recorder.metadata("clock_offsets", ahead_s)
 
     def obstacles(self, perceived: Perceived, now_s: float) -> None:
-        health = perceived.health
-        self._recorder.log(
-            "/obstacles",
-            messages.Obstacles(
-                now_s,
-                perceived.frame_s,
-                perceived.frame_number,
-                _finite_rows(perceived.obstacles.discs),
-                perceived.obstacles.unseen.tolist(),
-                perceived.processing_s,
-                health.skipped,
-                list(perceived.events),
-                perceived.age_s.tolist(),
-                perceived.confidence.tolist(),
-                perceived.latency_s,
-                health.processed,
-                health.without_pose,
-                health.source.lost,
-                health.source.restarts,
-                health.source.temperature_c,
-                health.source.fault,
-            ),
-            now_s,
-        )
+        self._recorder.log("/obstacles", lambda: _obstacles(perceived, now_s), now_s)
 
     def observation(
         self, observation: Observation, context: SafetyContext, frame_number: int | None, *, planned: bool, held: bool
     ) -> None:
-        """What planner and supervisor are about to be given; written before they are asked, whatever becomes of them."""
+        """What planner and supervisor are given in this period, for replay."""
         self._recorder.log(
-            "/observation", observation_record(observation, context, frame_number, planned=planned, held=held), observation.t_s
+            "/observation",
+            lambda: observation_record(observation, context, frame_number, planned=planned, held=held),
+            observation.t_s,
         )
 
     def decision(self, decision: Decision, latency_s: float, now_s: float) -> None:
-        goal = None if decision.goal_ned_m is None else decision.goal_ned_m.tolist()
-        self._recorder.log(
-            "/decision",
-            messages.DecisionRecord(
-                now_s,
-                decision.velocity_ned_m_s.tolist(),
-                decision.yaw_rad,
-                decision.mode,
-                goal,
-                decision.reason,
-                latency_s,
-                dict(decision.diagnostics),
-            ),
-            now_s,
-        )
+        self._recorder.log("/decision", lambda: _decision(decision, latency_s, now_s), now_s)
+
+    def candidates(self, candidates: Candidates, own: VehicleState, now_s: float) -> None:
+        """What the dynamic window weighed in this step."""
+        self._recorder.log("/candidates", lambda: _candidates(candidates, own, now_s), now_s)
 
     def setpoint(
         self,
@@ -207,22 +163,8 @@ class Journal:
         clearance_m: float | None,
         now_s: float,
     ) -> None:
-        self._recorder.log(
-            "/setpoint",
-            messages.SetpointRecord(
-                now_s,
-                setpoint.velocity_ned_m_s.tolist(),
-                setpoint.yaw_rad,
-                frame_s,
-                new_frame,
-                [list(pair) for pair in acting],
-                clearance_m,
-                wish.velocity_ned_m_s.tolist(),
-                wish.yaw_rad,
-                None if setpoint.acceleration_ned_m_s2 is None else setpoint.acceleration_ned_m_s2.tolist(),
-            ),
-            now_s,
-        )
+        """What the supervisor made of `wish`."""
+        self._recorder.log("/setpoint", lambda: _setpoint(wish, setpoint, frame_s, new_frame, acting, clearance_m, now_s), now_s)
 
     def status(self, status: Status, now_s: float) -> None:
         self._recorder.log(
@@ -257,9 +199,111 @@ class Journal:
                 None if gaps is None else gaps.p50_ms,
                 None if gaps is None else gaps.p99_ms,
                 None if gaps is None else gaps.max_ms,
+                dict(self._recorder.drops),
+                self._recorder.flush_slowest_s,
             ),
             now_s,
         )
+
+
+def _own(motion: Motion, now_s: float) -> messages.OwnState:
+    state = motion.state
+    position, velocity = state.position_ned_m.tolist(), state.velocity_ned_m_s.tolist()
+    return messages.OwnState(
+        state.t_s, position, velocity, motion.roll_rad, motion.pitch_rad, state.yaw_rad, now_s - motion.arrived_s
+    )
+
+
+def _target(track: TargetTrack) -> messages.Target:
+    variance = float(track.covariance[0, 0] + track.covariance[1, 1])
+    return messages.Target(
+        track.t_s,
+        track.position_ned_m.tolist(),
+        track.velocity_ned_m_s.tolist(),
+        math.sqrt(max(0.0, variance)),
+        track.age_s,
+    )
+
+
+def _obstacles(perceived: Perceived, now_s: float) -> messages.Obstacles:
+    health = perceived.health
+    return messages.Obstacles(
+        now_s,
+        perceived.frame_s,
+        perceived.frame_number,
+        _finite_rows(perceived.obstacles.discs),
+        perceived.obstacles.unseen.tolist(),
+        perceived.processing_s,
+        health.skipped,
+        list(perceived.events),
+        perceived.age_s.tolist(),
+        perceived.confidence.tolist(),
+        perceived.latency_s,
+        health.processed,
+        health.without_pose,
+        health.source.lost,
+        health.source.restarts,
+        health.source.temperature_c,
+        health.source.fault,
+    )
+
+
+def _decision(decision: Decision, latency_s: float, now_s: float) -> messages.DecisionRecord:
+    return messages.DecisionRecord(
+        now_s,
+        decision.velocity_ned_m_s.tolist(),
+        decision.yaw_rad,
+        decision.mode,
+        None if decision.goal_ned_m is None else decision.goal_ned_m.tolist(),
+        decision.reason,
+        latency_s,
+        dict(decision.diagnostics),
+    )
+
+
+def _candidates(candidates: Candidates, own: VehicleState, now_s: float) -> messages.Candidates:
+    north_m, east_m, down_m = own.position_ned_m.tolist()
+    north_m_s, east_m_s, _ = own.velocity_ned_m_s.tolist()
+    is_standing = math.hypot(north_m_s, east_m_s) < STANDING_M_S
+    course_rad = own.yaw_rad if is_standing else math.atan2(east_m_s, north_m_s)
+    admissible = candidates.verdicts == 0
+    return messages.Candidates(
+        now_s,
+        north_m,
+        east_m,
+        down_m,
+        course_rad,
+        candidates.horizon_s,
+        candidates.speeds_m_s.round(3).tolist(),
+        candidates.turns_rad_s.round(3).tolist(),
+        np.where(admissible, candidates.scores, 0.0).round(4).tolist(),
+        candidates.verdicts.tolist(),
+        candidates.best,
+    )
+
+
+def _setpoint(
+    wish: Setpoint,
+    setpoint: Setpoint,
+    frame_s: float | None,
+    new_frame: bool,
+    acting: tuple[tuple[str, str], ...],
+    clearance_m: float | None,
+    now_s: float,
+) -> messages.SetpointRecord:
+    forward = setpoint.acceleration_ned_m_s2
+    return messages.SetpointRecord(
+        now_s,
+        setpoint.velocity_ned_m_s.tolist(),
+        setpoint.yaw_rad,
+        frame_s,
+        new_frame,
+        [list(pair) for pair in acting],
+        clearance_m,
+        wish.velocity_ned_m_s.tolist(),
+        wish.yaw_rad,
+        None if forward is None else forward.tolist(),
+    )
 
 
 def _finite_rows(discs: Array) -> list[list[float | None]]:

@@ -10,8 +10,8 @@ from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from flightapp.config.mission import load_mission
-from flightapp.config.profile import load_profile
+from flightapp.config.mission import Mission, load_mission
+from flightapp.config.profile import RecordingOptions, load_profile
 from flightapp.core.clock import SystemClock
 from flightapp.core.errors import FlightError
 from flightapp.estimation.target_filter import TargetFilter
@@ -19,7 +19,9 @@ from flightapp.fleet.messages.command import Command
 from flightapp.fleet.security.access import membership_of
 from flightapp.fleet.session import open_session
 from flightapp.fleet.team import Team
+from flightapp.recording.live import LiveView, url_told
 from flightapp.recording.recorder import Recorder
+from flightapp.recording.small_log import SUFFIX
 from flightapp.runtime.composition import build_perception, build_strategy, limits_of, surveyed_obstacles
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.heartbeat import IDLE, Heartbeat
@@ -43,6 +45,8 @@ class Wish:
     vehicle: str
     run: Path
     seed: int
+    live: LiveView | None = None
+    """Where to serve the live view."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +70,7 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
     network = profile.network
     membership = membership_of(mission, network.certificates, access_control=network.access_control)
     async with AsyncExitStack() as stack:
-        recorder = stack.enter_context(Recorder(wish.run / f"{wish.vehicle}.mcap", options=profile.recording, mission=mission))
+        recorder = stack.enter_context(_recorder(wish, profile.recording, mission))
         record_inputs(recorder, mission, vehicle, wish.mission, wish.profile, wish.seed)
         journal = Journal(recorder, clock, wish.vehicle)
         session = await open_session(network.listen_endpoints, network.connect_endpoints, membership=membership)
@@ -108,6 +112,9 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
             election_memory=memory_path(wish.run, profile.recording.folder, mission.fleet, wish.vehicle),
         )
         journal.event("info", "recording", str(recorder.path))
+        if recorder.live_url is not None:
+            journal.event("info", "live", f"live view: {recorder.live_url}", url=recorder.live_url)
+            stack.enter_context(url_told(wish.run, wish.vehicle, recorder.live_url))
         try:
             journal.event("info", "autopilot", await autopilot.connect())
         except FlightError as error:
@@ -115,6 +122,12 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
             journal.phase("done", str(error), Outcome.FAULT.value)
             raise
         yield Opened(rooms, clock, history, recorder)
+
+
+def _recorder(wish: Wish, options: RecordingOptions, mission: Mission) -> Recorder:
+    small_path = wish.run / f"{wish.vehicle}{SUFFIX}" if options.small_log else None
+    path = wish.run / f"{wish.vehicle}.mcap"
+    return Recorder(path, options=options, mission=mission, small_path=small_path, live=wish.live)
 
 
 @asynccontextmanager

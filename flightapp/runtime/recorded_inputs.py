@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import flightapp
 from flightapp.config.mission import Mission, Vehicle
 from flightapp.config.parameter_files import names_file
+from flightapp.recording.provenance import versions
 from flightapp.recording.recorder import Recorder
 from flightapp.runtime.composition import strategy_parameters
 
@@ -36,10 +38,19 @@ def record_inputs(
             "flightapp": flightapp.__version__,
         },
     )
+    recorder.metadata("versions", versions())
+    recorder.metadata("mission", {"name": mission.name, "sha256": _digest(mission_path)})
+    recorder.metadata("profile", {"file": profile_path.name, "sha256": _digest(profile_path)})
     recorder.attach(MISSION_FILE, mission_path)
     recorder.attach(PROFILE_FILE, profile_path)
     if vehicle.strategy.parameters_file is not None:
         recorder.attach(PARAMETERS_FILE, mission_path.parent / vehicle.strategy.parameters_file)
-    for name, value in strategy_parameters(vehicle, mission_path, str(mission_path)).items():
+    parameters = strategy_parameters(vehicle, mission_path, str(mission_path))
+    recorder.metadata("parameters", parameters)
+    for name, value in parameters.items():
         if names_file(name):
             recorder.attach(strategy_file(name), Path(str(value)))
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -14,6 +14,7 @@ from pathlib import Path
 from flightapp.core.errors import FlightError, InputError
 from flightapp.core.line_log import LineLog
 from flightapp.core.parent_death import signal_on_parent_death
+from flightapp.recording.live import ADDRESS, LiveView
 from flightapp.runtime.executive import Executive
 from flightapp.runtime.heartbeat import Heartbeat
 from flightapp.runtime.opening import Wish, open_rooms, running_loop
@@ -45,6 +46,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--waive", action="append", default=[])
     parser.add_argument("--heartbeat-fd", type=int, default=None)
+    parser.add_argument("--live", type=int, default=None)
+    parser.add_argument("--live-address", default=ADDRESS)
     options = parser.parse_args(arguments)
     log = LineLog.install()
     if options.heartbeat_fd is not None:
@@ -52,7 +55,8 @@ def main(arguments: list[str] | None = None) -> int:
     sys.setswitchinterval(THREAD_SWITCH_S)
     heartbeat = Heartbeat(options.heartbeat_fd)
     try:
-        wish = Wish(options.mission, options.profile, options.vehicle, options.run, options.seed)
+        live = None if options.live is None else LiveView(options.live, options.live_address)
+        wish = Wish(options.mission, options.profile, options.vehicle, options.run, options.seed, live)
         outcome = asyncio.run(fly(wish, options.waive, heartbeat))
     except InputError as error:
         logging.getLogger(options.vehicle).error("%s", error)

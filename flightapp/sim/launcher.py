@@ -28,6 +28,7 @@ from flightapp.fleet.operator import Operator
 from flightapp.fleet.security.access import OPERATOR, membership_of
 from flightapp.fleet.session import open_session
 from flightapp.fleet.view import FleetView
+from flightapp.recording.live import LiveView, url_file
 from flightapp.recording.messages import TruthRecord
 from flightapp.recording.recorder import Recorder
 from flightapp.sim.fleet_files import HOST, ReservedPorts, VehicleFiles, prepare, shared_folder
@@ -64,6 +65,7 @@ class Launcher:
         seed: int,
         progress: Progress,
         keys: Path | None = None,
+        live: LiveView | None = None,
     ) -> None:
         self._mission = mission
         self._profile = profile
@@ -72,6 +74,8 @@ class Launcher:
         self._seed = seed
         self._progress = progress
         self._keys = keys
+        self._live = live
+        self._live_unknown = set() if live is None else {vehicle.name for vehicle in mission.vehicles}
         self._clock = SystemClock()
         self._started_s = self._clock.now_s()
         self._processes = Processes()
@@ -138,7 +142,23 @@ class Launcher:
         return [
             *("-m", "flightapp", "fly", str(self._mission_path), "--profile", str(own.profile)),
             *("--vehicle", own.vehicle.name, "--run", str(self._run), "--seed", str(self._seed)),
+            *self._live_arguments(own.vehicle.name),
         ]
+
+    def _live_arguments(self, name: str) -> list[str]:
+        """A server for each vehicle, as on its own computer: ports one after the other from the given one."""
+        if self._live is None:
+            return []
+        index = [vehicle.name for vehicle in self._mission.vehicles].index(name)
+        port = self._live.port + index if self._live.port else 0
+        return ["--live", str(port), "--live-address", self._live.address]
+
+    def _announce_live(self) -> None:
+        """Say it once where each live view is."""
+        for name in sorted(self._live_unknown):
+            with contextlib.suppress(FileNotFoundError):
+                self._progress.say(f"live view of {name}: {url_file(self._run, name).read_text().strip()}")
+                self._live_unknown.discard(name)
 
     async def _start_helper(self, name: str, arguments: list[str]) -> None:
         self._processes.helpers[name] = await self._spawn(name, arguments)
@@ -147,14 +167,17 @@ class Launcher:
         """Start a Python process in a session of its own, so that the terminal's Ctrl-C reaches only the launcher."""
         with (self._run / f"{name}.log").open("wb") as log:
             return await asyncio.create_subprocess_exec(
-                sys.executable,
-                *arguments,
+                *self._command(name, arguments),
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
                 start_new_session=True,
                 env={**os.environ, **THREADS},
             )
+
+    def _command(self, name: str, arguments: list[str]) -> list[str]:  # noqa: ARG002
+        """What is executed for `name`, a vehicle or a helper of one; a network campaign puts it somewhere else."""
+        return [sys.executable, *arguments]
 
     async def _file_exists(self, path: Path, maker: str) -> None:
         deadline = self._clock.now_s() + FILE_TIMEOUT_S
@@ -181,6 +204,7 @@ class Launcher:
                     now_s = self._clock.now_s()
                     self._record_truth(readers, recorder)
                     self._announce_ends()
+                    self._announce_live()
                     if now_s - shown_s >= PROGRESS_PERIOD_S:
                         shown_s = now_s
                         view.poll(now_s)

@@ -10,6 +10,7 @@ from flightapp.analysis import report
 from flightapp.config.mission import load_mission
 from flightapp.config.profile import load_profile
 from flightapp.core.errors import InputError
+from flightapp.recording.live import LiveView
 from flightapp.recording.run_folder import create_run_folder, given_run_folder
 from flightapp.runtime.composition import build_strategy
 from flightapp.runtime.inputs import check_inputs
@@ -57,10 +58,12 @@ async def simulate(
     *,
     certificates: Path | None = None,
     secure: bool = False,
+    live: LiveView | None = None,
 ) -> SimulationResult:
     """Check every input, fly, analyse. InputError before anything was started.
 
     certificates: folder of `flightapp keys` with which the fleet talks; secure without it: temporary ones.
+    live: where the first vehicle serves its live view; the others take the ports after it.
     """
     mission, profile = load_mission(mission_path), load_profile(profile_path)
     for vehicle in mission.vehicles:
@@ -74,7 +77,7 @@ async def simulate(
     with fleet_keys(mission, certificates, temporary=secure) as keys:
         run = given_run_folder(folder) if folder is not None else create_run_folder(profile.recording.folder, mission.name)
         with Progress(mission.name) as progress:
-            statuses = await Launcher(mission, profile, mission_path, run, seed, progress, keys).run()
+            statuses = await Launcher(mission, profile, mission_path, run, seed, progress, keys, live).run()
     summary, page = report([run])
     failed = {name: status for name, status in statuses.items() if status not in (0, 1)}
     faults = tuple(f"fault: {name}: vehicle process ended with status {status}" for name, status in failed.items())

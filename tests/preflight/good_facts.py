@@ -11,7 +11,7 @@ import numpy as np
 from flightapp.config.mission import load_mission
 from flightapp.config.profile import load_profile
 from flightapp.core.types import VehicleState
-from flightapp.preflight.facts import CameraFacts, ComputerFacts, Facts, TeammateFacts
+from flightapp.preflight.facts import CameraFacts, ComputerFacts, Facts, RecorderFacts, TeammateFacts
 from flightapp.preflight.px4_parameters import needed_parameters
 from flightapp.vehicle.autopilot import Accuracy, AutopilotDetails, BatteryState, HealthState, Motion, Status
 
@@ -56,6 +56,7 @@ def good_facts(**changes: Any) -> Facts:
             TeammateFacts(other.name, 0.05, "abc", other.system_id, -0.002) for other in MISSION.vehicles if other is not VEHICLE
         ),
         computer=ComputerFacts(10**11, ("performance",), True),
+        recorder=RecorderFacts(0.002),
     )
     return replace(facts, **changes)
 

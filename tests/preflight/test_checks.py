@@ -10,7 +10,7 @@ import pytest
 from flightapp.core.errors import InputError
 from flightapp.core.types import VehicleState
 from flightapp.preflight.checklist import refuse_unknown, run_checklist
-from flightapp.preflight.facts import ComputerFacts, Facts
+from flightapp.preflight.facts import ComputerFacts, Facts, RecorderFacts
 from flightapp.preflight.px4_parameters import needed_parameters
 from flightapp.preflight.result import Level, Result, is_ready
 from flightapp.vehicle.autopilot import Accuracy, BatteryState, HealthState, Motion, Status
@@ -88,6 +88,13 @@ NOT_READY = {
     "clock corrected, a day off": (with_teammate(clock_ahead_s=-0.002, clock_measured_s=86_400.0), "clock", Level.WARNING),
     "clock free": (good_facts(computer=ComputerFacts(10**11, ("performance",), False)), "clock", Level.WARNING),
     "disk full": (good_facts(computer=ComputerFacts(10**6, ("performance",), True)), "disk", Level.FAILED),
+    "disk slow": (good_facts(recorder=RecorderFacts(0.3)), "storage", Level.WARNING),
+    "disk hangs": (good_facts(recorder=RecorderFacts(2.5)), "storage", Level.FAILED),
+    "nothing is recorded any more": (
+        good_facts(recorder=RecorderFacts(0.01, "No space left on device")),
+        "storage",
+        Level.FAILED,
+    ),
     "disk nearly full": (good_facts(computer=ComputerFacts(10**9, ("performance",), True)), "disk", Level.WARNING),
     "powersave": (good_facts(computer=ComputerFacts(10**11, ("powersave",), True)), "cpu-governor", Level.WARNING),
     "governor not told": (good_facts(computer=ComputerFacts(10**11, (), True)), "cpu-governor", Level.SKIPPED),

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import foxglove.messages as fx
 import numpy as np
 import pytest
 from mcap.reader import make_reader
@@ -17,11 +18,11 @@ from mcap_protobuf.decoder import DecoderFactory
 from flightapp.config.mission import load_mission
 from flightapp.core.errors import InputError
 from flightapp.recording import messages
-from flightapp.recording.channels import CHANNELS, Channel
+from flightapp.recording.channels import CHANNELS, Channel, Priority
 from flightapp.recording.reader import discs_of, read_recording
 from flightapp.recording.recorder import Recorder
 from flightapp.recording.sink import create_file
-from tests.recording.samples import T0_S, event, log_steps, obstacles, own
+from tests.recording.samples import T0_S, event, log_steps, obstacles, own, target
 
 MISSION = Path(__file__).resolve().parents[2] / "missions" / "demo_two_pursuers.toml"
 
@@ -115,11 +116,10 @@ def test_foxglove_views_are_derived(tmp_path: Path) -> None:
     assert 8 <= len(found["/view/scene foxglove.SceneUpdate"]) <= 10
     pose = found["/view/pose foxglove.PoseInFrame"][0].pose  # type: ignore[attr-defined]
     assert (pose.position.x, pose.position.y, pose.position.z) == (1.0, 0.0, 5.0)  # east, north, up
-    entities = {entity.id: entity for entity in found["/view/scene foxglove.SceneUpdate"][0].entities}  # type: ignore[attr-defined]
-    assert len(entities["mission"].cylinders) == 7
-    assert len(entities["mission"].lines) == 2
-    scene_with_discs = found["/view/scene foxglove.SceneUpdate"][1].entities  # type: ignore[attr-defined]
-    assert {entity.id for entity in scene_with_discs} == {"discs", "target"}
+    scenes = [{entity.id: entity for entity in scene.entities} for scene in found["/view/scene foxglove.SceneUpdate"]]  # type: ignore[attr-defined]
+    assert len(scenes[0]["mission"].cylinders) == 7
+    assert len(scenes[0]["mission"].lines) == 2
+    assert set(scenes[1]) == {"discs", "target"}
     assert found["/log foxglove.Log"][0].level == 3  # type: ignore[attr-defined]
 
 
@@ -139,7 +139,8 @@ def test_a_topic_twice_is_refused() -> None:
 
 
 def test_channels_that_are_not_logged_are_not_in_the_file(tmp_path: Path) -> None:
-    channels = (Channel("/own", messages.OwnState, 25.0, False, True, "live only"), CHANNELS[8])
+    events = next(channel for channel in CHANNELS if channel.topic == "/event")
+    channels = (Channel("/own", messages.OwnState, 25.0, Priority.STATE, 0.0, "live only", logged=False), events)
     with Recorder(tmp_path / "p1.mcap", channels=channels) as recorder:
         recorder.log("/own", own(T0_S), T0_S)
         recorder.log("/event", event(T0_S), T0_S)
@@ -180,17 +181,109 @@ def test_a_disk_that_hangs_costs_messages_not_time(tmp_path: Path) -> None:
     recorder.open()
     assert files[0].waiting.wait(5.0)  # the recorder's thread is inside a write that does not return
     for step in range(500):
-        recorder.log("/own", own(T0_S + step * 0.04), T0_S + step * 0.04)
-    assert not gate.is_set()  # all 500 returned while the disk hung
-    assert recorder.dropped == 400
+        t_s = T0_S + step * 0.04
+        recorder.log("/own", own(t_s), t_s)
+        recorder.log("/target", target(t_s), t_s)
+        if step % 50 == 0:
+            recorder.log("/event", event(t_s), t_s)
+    assert not gate.is_set()  # everything returned while the disk hung
+    drops = recorder.drops
     gate.set()
     recorder.close()
     recording = read_recording(path)
     assert recording.complete
-    assert len(recording.topic("/own")) == 100
-    drops = recording.topic("/event").messages
-    assert [(drop["name"], drop["data"]["total"]) for drop in drops] == [("recording-dropped", 400)]
-    assert recording.metadata["recording"]["dropped"] == "400"
+    counts = {topic: len(recording.topic(topic)) for topic in ("/own", "/target")}
+    assert counts == {"/own": 500 - drops["/own"], "/target": 500 - drops["/target"]}
+    assert sum(counts.values()) + 10 - drops.get("/event", 0) <= 100
+    assert drops["/target"] > drops["/own"] > 0
+    assert "/event" not in drops  # the dearest have room to the last
+    told = recording.topic("/event").messages[-1]
+    assert (told["name"], told["data"]["channels"]["/own"]) == ("recording-dropped", drops["/own"])
+    assert recording.metadata["recording"]["dropped"] == str(recorder.dropped)
+    assert recording.metadata["recording"]["dropped /own"] == str(drops["/own"])
+
+
+def test_a_disk_that_gets_full_loses_the_cheapest_channels_first(tmp_path: Path) -> None:
+    free = {"bytes": 10**12}
+    path = tmp_path / "p1.mcap"
+    with Recorder(path, free_bytes=lambda _: free["bytes"]) as recorder:
+
+        def logs(topic: str, message: object) -> bool:
+            before = recorder.dropped
+            recorder.log(topic, message, T0_S)
+            return recorder.dropped == before
+
+        image = fx.CompressedImage(data=b"0" * 100, format="png")
+        offers = {"/depth": image, "/target": target(T0_S), "/own": own(T0_S), "/event": event(T0_S)}
+        for room, kept in (
+            (900_000_000, ["/target", "/own", "/event"]),
+            (90_000_000, ["/own", "/event"]),
+            (10_000_000, ["/event"]),
+            (2_000_000_000, ["/depth", "/target", "/own", "/event"]),
+        ):
+            free["bytes"] = room
+            wait_for(lambda kept=kept: [topic for topic, message in offers.items() if logs(topic, message)] == kept)
+    assert recorder.error is None
+    assert read_recording(path).metadata["recording"]["dropped /depth"] == str(recorder.drops["/depth"])
+
+
+def test_the_slowest_flush_is_known(tmp_path: Path) -> None:
+    class SlowFile(io.FileIO):
+        def flush(self) -> None:
+            time.sleep(0.3)
+            super().flush()
+
+    with Recorder(tmp_path / "p1.mcap", open_file=lambda path: SlowFile(path, "xb")) as recorder:
+        wait_for(lambda: recorder.flush_slowest_s >= 0.3)
+
+
+def test_the_small_log_has_all_events_and_few_states(tmp_path: Path) -> None:
+    path, small = tmp_path / "p1.mcap", tmp_path / "p1.small.mcap"
+    with Recorder(path, small_path=small) as recorder:
+        recorder.metadata("run", {"vehicle": "p1"})
+        recorder.attach("mission.toml", MISSION)
+        log_steps(recorder, 500)
+        for step in range(100):
+            recorder.log("/event", event(T0_S + step * 0.2), T0_S + step * 0.2)
+    recording = read_recording(small)
+    assert recording.complete
+    assert recording.vehicle == "p1"
+    assert recording.attachments["mission.toml"] == MISSION.read_bytes()
+    assert recording.topic("/event").messages == read_recording(path).topic("/event").messages
+    assert 38 <= len(recording.topic("/own")) <= 42  # 20 s at 2 Hz
+    assert 9 <= len(recording.topic("/obstacles")) <= 11
+    assert small.stat().st_size < 0.3 * path.stat().st_size
+
+
+def test_a_small_log_without_room_ends_alone(tmp_path: Path) -> None:
+    path, small = tmp_path / "p1.mcap", tmp_path / "p1.small.mcap"
+
+    def open_file(path: Path) -> io.FileIO:
+        return FullFile(path, 100) if path == small else FullFile(path, 10**9)
+
+    with Recorder(path, small_path=small, open_file=open_file) as recorder:
+        log_steps(recorder, 20)
+        wait_for(lambda: recorder._small is None and recorder._thread is not None and recorder.flush_slowest_s > 0.0)
+    assert recorder.error is None
+    assert len(read_recording(path).topic("/own")) == 20
+
+
+def test_messages_are_made_in_the_recorders_thread(tmp_path: Path) -> None:
+    makers: list[str] = []
+
+    def make() -> messages.OwnState:
+        makers.append(threading.current_thread().name)
+        return own(T0_S)
+
+    def fail() -> messages.OwnState:
+        raise ValueError("no state")
+
+    with Recorder(tmp_path / "p1.mcap") as recorder:
+        recorder.log("/own", make, T0_S)
+        recorder.log("/own", fail, T0_S)
+    assert makers == ["recorder"]
+    assert recorder.drops == {"/own": 1}
+    assert len(read_recording(tmp_path / "p1.mcap").topic("/own")) == 1
 
 
 def test_closing_gives_up_on_a_disk_that_never_returns(tmp_path: Path) -> None:
