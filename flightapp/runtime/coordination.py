@@ -11,6 +11,7 @@ from flightapp.fleet.messages.plan import PLAN
 from flightapp.fleet.messages.verdict import VERDICT
 from flightapp.planning.capture import CaptureRule
 from flightapp.runtime.leadership import Leadership
+from flightapp.runtime.outcome import outcome_of_team
 from flightapp.runtime.rooms import Rooms
 from flightapp.runtime.teamwork import ACTIVE_PHASES, Teamwork
 
@@ -83,9 +84,9 @@ class Coordination:
         return Verdict(frozenset((self._rooms.vehicle.name, *(member.name for member in self.partners(now_s)))))
 
     def _scene(self, now_s: float, phase: str, target: TargetTrack | None, obstacles: ObstacleSet) -> Scene | None:
-        """All that take part now. Who is silent does not."""
+        """All that take part now, as long as there is something to plan for. Who is silent does not take part."""
         rooms = self._rooms
-        if target is None:
+        if target is None or self._is_over():
             return None
         members = self._teamwork.members(now_s, active_only=True)
         speed_of = {vehicle.name: vehicle.speed_max_m_s for vehicle in rooms.mission.vehicles}
@@ -101,6 +102,11 @@ class Coordination:
         north, east, _ = map(float, target.position_ned_m)
         v_north, v_east, _ = map(float, target.velocity_ned_m_s)
         return Scene(north, east, v_north, v_east, pursuers, obstacles.discs)
+
+    def _is_over(self) -> bool:
+        """Whether the pursuit has ended for all: who then flies home has not dropped out."""
+        told = (peer.state.outcome for peer in self._rooms.team.peers.values() if peer.state is not None)
+        return self.capture is not None or outcome_of_team(told) is not None
 
     def _tell(self, before: Plan | None, voice: Voice, now_s: float) -> None:
         """Every plan is recorded; an event tells who joins, who drops out, and that sides were exchanged."""

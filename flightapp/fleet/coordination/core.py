@@ -20,6 +20,8 @@ SLACK_S = 1e-3
 EXCHANGE_GAIN_S = 0.5
 EXCHANGE_GAIN_SHARE = 0.1
 """Of the cost: seats are exchanged for a gain above both."""
+ARRIVAL_MAX_S = 120.0
+"""What is said of a chase that hardly ever ends: an evader as fast as the pursuers is met after hours, or never."""
 JOIN_S = 1.0
 """How long a newcomer has taken part before it gets a seat: who comes and goes would turn the others' seats each time."""
 
@@ -101,7 +103,7 @@ class Coordinator:
 
 def _seats(now_s: float, scene: Scene, radius_m: float, division: Division) -> Iterable[Seat]:
     for pursuer, bearing, after in zip(scene.pursuers, division.bearings_rad, division.arrivals_s, strict=True):
-        after_s = float(after)
+        after_s = min(float(after), ARRIVAL_MAX_S)
         north = scene.north_m + scene.v_north_m_s * after_s + radius_m * math.cos(bearing)
         east = scene.east_m + scene.v_east_m_s * after_s + radius_m * math.sin(bearing)
         yield Seat(pursuer.name, float(bearing), north, east, now_s + after_s)
