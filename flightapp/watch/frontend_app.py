@@ -25,11 +25,11 @@ from flightapp.core.clock import Clock
 from flightapp.fleet.operator import Answer
 from flightapp.watch.data_model_alarms import Level
 from flightapp.watch.data_model_canvas import Ink
-from flightapp.watch.data_model_confirmation import CONFIRM_WITHIN_S, Confirmation, Order
+from flightapp.watch.data_model_confirmation import Confirmation, Order
 from flightapp.watch.data_model_fleet import Overview
 from flightapp.watch.data_model_map import draw_map
 from flightapp.watch.data_model_thresholds import Thresholds
-from flightapp.watch.frontend_cells import HEADINGS, Cell, Look, cells_of, leader_text, target_text
+from flightapp.watch.frontend_cells import HEADINGS, LEADS, WIDTHS, Cell, Look, cells_of, leader_text, target_text
 
 REFRESH_PERIOD_S = 0.2
 MAP_COLUMNS_MIN = 20
@@ -95,10 +95,10 @@ class WatchApp(App[None]):
         *(Binding(key, f"order('{action}')", action) for key, action in KEYS.items()),
     ]
 
-    def __init__(self, source: Source, clock: Clock, confirm_within_s: float = CONFIRM_WITHIN_S) -> None:
+    def __init__(self, source: Source, clock: Clock) -> None:
         super().__init__()
         self._source, self._clock = source, clock
-        self._confirmation = Confirmation(confirm_within_s)
+        self._confirmation = Confirmation()
         self._began_s = clock.now_s()
         self._answers: dict[str, str] = {}
         self._order_sent: Order | None = None
@@ -125,10 +125,11 @@ class WatchApp(App[None]):
     def on_mount(self) -> None:
         self.title = f"flightapp watch {self._source.mission.name}"
         table = self._table()
-        for heading in HEADINGS:
-            table.add_column(f"{heading} ", key=heading)
         names = [vehicle.name for vehicle in self._source.mission.vehicles]
-        table.add_row("all", f"{len(names)} vehicles ", *[""] * (len(HEADINGS) - 2), key=ALL)
+        name_width = max(map(len, (*names, ALL))) + len(LEADS) + 1
+        for heading, width in zip(HEADINGS, (name_width, *WIDTHS), strict=True):
+            table.add_column(heading, key=heading, width=width)
+        table.add_row(ALL, *[""] * (len(HEADINGS) - 1), key=ALL)
         for name in names:
             table.add_row(name, *[""] * (len(HEADINGS) - 1), key=name)
         table.focus()
@@ -140,6 +141,8 @@ class WatchApp(App[None]):
 
     def refresh_view(self) -> None:
         """Look, and show what is seen."""
+        if not self._is_open():
+            return
         overview = self._source.look()
         self._show_title(overview)
         self._show_rows(overview)
@@ -179,8 +182,12 @@ class WatchApp(App[None]):
                 self._answers[answer.vehicle] = _answer_text(answer)
 
         self._note = await self._source.send(order, show)
-        if self.is_running:
+        if self._is_open():
             self._show_order()
+
+    def _is_open(self) -> bool:
+        """Not so once the person has quit, while the last period and the last command still run."""
+        return bool(self.query("#help"))
 
     def _table(self) -> DataTable[Text | str]:
         return self.query_one("#fleet", DataTable)
@@ -201,7 +208,7 @@ class WatchApp(App[None]):
             for heading, cell in zip(HEADINGS, cells_of(row, self._source.thresholds), strict=True):
                 if self._shown.get((row.name, heading)) != cell:
                     self._shown[row.name, heading] = cell
-                    table.update_cell(row.name, heading, Text(f"{cell.text} ", LOOKS[cell.look]), update_width=True)
+                    table.update_cell(row.name, heading, Text(cell.text, LOOKS[cell.look]))
 
     def _show_map(self, overview: Overview) -> None:
         widget = self.query_one("#map", Static)

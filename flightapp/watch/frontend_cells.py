@@ -14,8 +14,10 @@ from flightapp.watch.data_model_thresholds import Thresholds
 
 HEADINGS = ("name", "role", "phase", "mode", "h m", "m/s", "tgt m", "gap m", "link s", "clock", "guards")
 LEADS = "*"
-MODE_LENGTH = 9
-"""So that all columns fit a terminal of 80; outcomes are no longer than that."""
+WIDTHS = (8, 10, 10, 5, 5, 6, 6, 10, 8, 40)
+"""Of all columns but the names', with a space; fixed, so that nothing jumps. Without guards they fit a terminal of 80."""
+MODE_LENGTH = WIDTHS[2] - 1
+"""Outcomes are no longer than that."""
 UNKNOWN = "-"
 
 
