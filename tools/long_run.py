@@ -17,6 +17,7 @@ import numpy as np
 from flightapp.config.mission import Mission, load_mission
 from flightapp.recording import messages
 from flightapp.recording.recorder import Recorder
+from flightapp.recording.small_log import SUFFIX
 
 ROOT = Path(__file__).resolve().parents[1]
 MISSION, PROFILE = ROOT / "missions" / "demo_two_pursuers.toml", ROOT / "profiles" / "sim.toml"
@@ -25,6 +26,8 @@ RATE_HZ = 25.0
 CLIMB_S, GROUND_S = 5.0, 5.0
 HEIGHT_M = 5.0
 CLOSE_TIMEOUT_S = 600.0
+UNLIMITED_BYTES = 1 << 50
+"""A made-up run is written whole, however full the disk is."""
 ORBITS = {"p1": (8.0, -4.0, 3.0, 0.0), "p2": (8.0, -4.0, 3.0, math.pi), "e1": (50.0, 3.0, 4.0, 1.0)}
 """Centre north and east, radius, phase: clear of the demo mission's obstacles and of each other."""
 SPEED_M_S = 2.0
@@ -43,7 +46,13 @@ def write_long_run(folder: Path, duration_s: float) -> None:
     mission = load_mission(MISSION)
     folder.mkdir(parents=True)
     for name in ORBITS:
-        recorder = Recorder(folder / f"{name}.mcap", mission=mission, buffer_messages=10_000_000)
+        recorder = Recorder(
+            folder / f"{name}.mcap",
+            mission=mission,
+            small_path=folder / f"{name}{SUFFIX}",
+            buffer_messages=10_000_000,
+            free_bytes=lambda _: UNLIMITED_BYTES,
+        )
         recorder.open()
         recorder.metadata("run", {"mission": mission.name, "seed": 0, "vehicle": name, "role": mission.vehicle(name).role})
         recorder.attach("mission.toml", MISSION)

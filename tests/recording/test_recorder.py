@@ -15,6 +15,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
+from flightapp.analysis.run import load_run
 from flightapp.config.mission import load_mission
 from flightapp.core.errors import InputError
 from flightapp.recording import messages
@@ -253,6 +254,9 @@ def test_the_small_log_has_all_events_and_few_states(tmp_path: Path) -> None:
     assert 38 <= len(recording.topic("/own")) <= 42  # 20 s at 2 Hz
     assert 9 <= len(recording.topic("/obstacles")) <= 11
     assert small.stat().st_size < 0.3 * path.stat().st_size
+    run = load_run([tmp_path])
+    assert ([vehicle.recording.path for vehicle in run.vehicles], run.unreadable) == ([path], ())
+    assert [vehicle.recording.path for vehicle in load_run([small]).vehicles] == [small]
 
 
 def test_a_small_log_without_room_ends_alone(tmp_path: Path) -> None:
