@@ -113,7 +113,7 @@ def _over(launcher: subprocess.Popen[str], run: Path, left: list[str]) -> None:
 
 def _leader(run: Path, pursuers: list[str]) -> str:
     """Whom the newest term has, by the logs."""
-    found = [LEADS.findall((run / f"{name}.log").read_text(errors="replace")) for name in pursuers]
+    found: list[list[tuple[str, str]]] = [LEADS.findall((run / f"{name}.log").read_text(errors="replace")) for name in pursuers]
     (name, _) = max((one for ones in found for one in ones), key=lambda one: int(one[1]))
     return name
 

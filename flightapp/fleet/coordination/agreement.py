@@ -1,9 +1,11 @@
 """When the evader counts as captured for all: each pursuer judges by its own view, and the leader announces it.
 
 A view counts only if it has seen everybody encircle who is assigned: who lost sight of an assigned teammate cannot vouch for it.
-The leader announces as soon as most of the assigned hold that view, and itself too where it is assigned. Where nobody leads,
-everybody who holds it concludes the same once most of the assigned do. Who has dropped out is assigned no longer, once a leader
-has planned without it; before that, and while nobody leads, its place stays open and its voice is missing.
+The leader announces as soon as most of the assigned hold that view, also where its own is missing: it may be held by a failsafe,
+or not fly at all. Where nobody leads, everybody who holds it concludes the same once most of the assigned do.
+
+Who has dropped out is assigned no longer, once a leader has planned without it; before that, and while nobody leads, its place
+stays open and its voice is missing.
 """
 
 from __future__ import annotations
@@ -57,8 +59,7 @@ class Agreement:
         if own is not None:
             held[self._name] = own
         agreed = {name for name, verdict in held.items() if name in needed and verdict.by >= needed}
-        may_conclude = voice.is_own if voice.leader is not None else self._name in needed
-        own_agrees = self._name in agreed or self._name not in needed
-        if not may_conclude or not own_agrees or 2 * len(agreed) <= len(needed):
+        may_conclude = voice.is_own if voice.leader is not None else self._name in agreed
+        if not may_conclude or 2 * len(agreed) <= len(needed):
             return None
         return Capture(tuple(sorted(needed)), tuple(sorted(agreed)))

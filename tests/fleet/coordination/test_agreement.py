@@ -44,11 +44,12 @@ def test_an_old_verdict_is_no_verdict() -> None:
     assert agreement.step(VERDICT_AGE_MAX_S + 0.1, LEADS, ALL, SEEN_ALL, []) is None
 
 
-def test_a_leader_that_is_assigned_must_have_seen_it_itself_and_one_on_the_ground_need_not() -> None:
+def test_a_leader_announces_what_most_have_seen_also_if_it_is_held_or_on_the_ground() -> None:
     others = [("p2", SEEN_ALL), ("p3", SEEN_ALL)]
-    assert Agreement("p1").step(0.0, LEADS, ALL, None, others) is None
+    assert Agreement("p1").step(0.0, LEADS, ALL, None, others) == Capture(ALL, ("p2", "p3"))
     pair = Verdict(frozenset(("p2", "p3")))
     assert Agreement("p1").step(0.0, LEADS, ("p2", "p3"), None, [("p2", pair), ("p3", pair)]) is not None
+    assert Agreement("p1").step(0.0, NOBODY, ALL, None, others) is None, "without a leader nobody speaks for others alone"
 
 
 FIVE = ("p1", "p2", "p3", "p4", "p5")
