@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 
 from flightapp.analysis.findings import Finding, Severity
 from flightapp.analysis.tables import time_button
+from flightapp.analysis.ulog.beside import LogBeside, findings_beside
 
 NOT_KNOWN = "not known"
 
@@ -24,6 +26,19 @@ def findings_section(findings: Sequence[Finding], zero_s: float) -> str:
         f'<section id="findings"><h2>Findings</h2><p class="note">{_counts(wrong, unknown, fine)} A time leads to the map.</p>'
         f"{shown}{_unknown(unknown)}{_fine(fine, zero_s)}</section>"
     )
+
+
+def log_findings(logs: Sequence[LogBeside]) -> list[Finding]:
+    """Of the autopilots' logs; of one that is not on the time line what is wrong in it, without a time."""
+    found = []
+    for log in logs:
+        told = findings_beside([log])
+        if log.alignment is None and log.examined is not None:
+            wrong = (one for one in log.examined.findings if one.severity >= Severity.WARNING)
+            told += [replace(one, from_s=None, to_s=None) for one in wrong]
+        whose = log.path.name if log.vehicle is None else log.vehicle.name
+        found += [replace(one, vehicle=whose, analyser=f"PX4 log, {one.analyser}".removesuffix(", PX4 log")) for one in told]
+    return found
 
 
 def is_unknown(finding: Finding) -> bool:

@@ -15,7 +15,7 @@ from flightapp.core.types import Array
 from flightapp.recording.phases import Window
 from flightapp.recording.reader import discs_of
 
-VEHICLE_COLOURS = ("#0072b2", "#009e73", "#a85cb8", "#56b4e9", "#b58900", "#7b8794")
+VEHICLE_COLOURS = ("#1b7fc4", "#0f9d76", "#a85cb8", "#56b4e9", "#b58900", "#7b8794")
 EVADER_COLOUR = "#d1495b"
 MODE_COLOURS = ("#7b61d1", "#00a0c6", "#c2589a", "#7f9a1b", "#946c00", "#4a5568")
 INK = "#1f2933"

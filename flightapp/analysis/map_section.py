@@ -40,4 +40,7 @@ def _note(run: Run) -> str:
     sources = {vehicle.track.source for vehicle in run.vehicles if vehicle.track is not None}
     states = "True states of the simulation." if sources == {"truth"} else "States as the vehicles knew them."
     evader = "" if true_evader(run) is not None else " The evader's true way is not known."
-    return f"North up. {states}{evader} Drag to move, wheel to zoom, double-click to reset; space plays, arrow keys step."
+    flown = {vehicle.name for vehicle in run.vehicles}
+    missing = [] if run.mission is None else [one.name for one in run.mission.vehicles if one.name not in flown]
+    absent = f" There is no recording of {', '.join(missing)}." if missing else ""
+    return f"North up. {states}{evader}{absent} Drag to move, wheel to zoom, double-click to reset; space plays, arrow keys step."

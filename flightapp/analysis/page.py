@@ -16,7 +16,7 @@ from flightapp.analysis.comparison import comparison_section, differences
 from flightapp.analysis.export import table_of, write_csv, write_parquet
 from flightapp.analysis.figures import Figure, chart_figures, not_recorded
 from flightapp.analysis.findings import of_json
-from flightapp.analysis.findings_section import findings_section
+from flightapp.analysis.findings_section import findings_section, log_findings
 from flightapp.analysis.lanes import lanes_html
 from flightapp.analysis.map_data import origin_name, origin_s
 from flightapp.analysis.map_section import map_section
@@ -28,7 +28,7 @@ from flightapp.analysis.signals import Signal, signals_of
 from flightapp.analysis.style import scripts, style
 from flightapp.analysis.summary import Summary, save_summary, summarise, write_whole
 from flightapp.analysis.tables import events_section, figures_table, recordings_table, vehicles_table
-from flightapp.analysis.ulog.beside import LogBeside, findings_beside, logs_beside, sections_beside, summaries_beside
+from flightapp.analysis.ulog.beside import LogBeside, logs_beside, sections_beside, summaries_beside
 from flightapp.analysis.verdict import verdict_of
 from flightapp.core.errors import InputError
 
@@ -112,7 +112,7 @@ def _page(run: Run, summary: Summary, logs: Sequence[LogBeside], compared: Seque
     figures = [(f"chart{number}", figure) for number, (_, figure) in enumerate(charts)]
     log_sections, log_figures = sections_beside(run, logs)
     shared = [name for name, _ in figures] + _aligned(logs, log_figures)
-    findings = [*(of_json(one) for one in summary["findings"]), *findings_beside(logs)]
+    findings = [*(of_json(one) for one in summary["findings"]), *log_findings(logs)]
     body = f"""
 <header><h1>{escape(title)}</h1><p class="sub">{escape(_subtitle(run, summary))}</p></header>
 {_verdict(summary)}

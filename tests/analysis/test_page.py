@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pyarrow.csv
@@ -21,10 +21,13 @@ from typer.testing import CliRunner
 from flightapp.analysis.comparison import comparison_section, differences
 from flightapp.analysis.export import held
 from flightapp.analysis.findings import Finding, Severity, as_json, of_json
-from flightapp.analysis.findings_section import findings_section
+from flightapp.analysis.findings_section import findings_section, log_findings
 from flightapp.analysis.packed import spread_out, thinned
 from flightapp.analysis.run import load_run
 from flightapp.analysis.spells import Spell, guard_spells, mode_spells
+from flightapp.analysis.ulog.beside import LogBeside
+from flightapp.analysis.ulog.flight import ExaminedLog
+from flightapp.analysis.ulog.log import FlightLog
 from flightapp.cli import app
 from flightapp.core.types import Array
 from tests.analysis.synthetic_run import CAPTURED_S, MOTIONS, PURSUE_S, T0_S
@@ -166,6 +169,19 @@ def test_what_is_not_known_is_not_folded_away(findings: list[Finding]) -> None:
     shown = text[: text.index("<details>")]
     assert shown.count("No clock was recorded.") == 1
     assert "p1, p2" in shown
+
+
+def test_what_an_autopilots_log_warns_of_stands_there_without_a_time_it_has_not() -> None:
+    told = (
+        Finding("power", Severity.WARNING, "5 V rail low", "4.6 V.", 1.0, 2.0),
+        Finding("battery", Severity.OK, "fine", "Full.", 1.0, 2.0),
+    )
+    examined = ExaminedLog(cast(FlightLog, None), told, ())
+    found = log_findings([LogBeside(Path("foreign.ulg"), examined, unaligned="no vehicle moved as it did")])
+    assert [(one.vehicle, one.analyser, one.from_s) for one in found] == [
+        ("foreign.ulg", "PX4 log", None),
+        ("foreign.ulg", "PX4 log, power", None),
+    ]
 
 
 def test_findings_survive_the_summary(findings: list[Finding]) -> None:

@@ -46,7 +46,7 @@ DRIVE = """<script>(async () => {
     told.clicked = [Number(button.dataset.t), player.t];
     at(5);
     player.button.click();
-    await pause(1500);
+    for (let wait = 0; wait < 100 && player.t < 5.5; wait++) await pause(100);
     told.played = player.t;
     key(" ");
     told.paused = !player.playing;
@@ -95,7 +95,7 @@ def drive(page: Path, width: int) -> dict[str, Any]:
             "--proxy-server=127.0.0.1:9",
             f"--user-data-dir={page.parent / f'browser-{width}'}",
             f"--window-size={width},900",
-            "--virtual-time-budget=15000",
+            "--virtual-time-budget=30000",
             "--dump-dom",
             driven.as_uri(),
         ],
@@ -133,7 +133,7 @@ def test_the_charts_cursor_follows(told: dict[str, Any]) -> None:
 def test_keys_clicks_and_playing_move_the_time(told: dict[str, Any]) -> None:
     assert told["afterArrow"] == pytest.approx(25.2)
     assert told["clicked"][0] == pytest.approx(told["clicked"][1])
-    assert told["played"] > 5.5
+    assert told["played"] >= 5.5
     assert told["paused"]
 
 

@@ -108,7 +108,7 @@ class FlightMap {
     context.textAlign = "left";
     for (const north of ticks(0)) {
       this.segment(context, 0, this.y(north), this.width, this.y(north));
-      if (this.y(north) > 30 && this.y(north) < this.height - 24) context.fillText(north.toFixed(digits), 6, this.y(north) - 4);
+      if (this.y(north) > 46 && this.y(north) < this.height - 24) context.fillText(north.toFixed(digits), 6, this.y(north) - 4);
     }
     context.textAlign = "center";
     for (const east of ticks(1)) {
