@@ -14,7 +14,7 @@ from flightapp.watch.data_model_thresholds import Thresholds
 
 HEADINGS = ("name", "role", "phase", "mode", "h m", "m/s", "tgt m", "gap m", "link s", "clock", "guards")
 LEADS = "*"
-WIDTHS = (8, 10, 10, 5, 5, 6, 6, 10, 8, 40)
+WIDTHS = (8, 10, 10, 5, 5, 6, 6, 10, 8, 24)
 """Of all columns but the names', with a space; fixed, so that nothing jumps. Without guards they fit a terminal of 80."""
 MODE_LENGTH = WIDTHS[2] - 1
 """Outcomes are no longer than that."""
@@ -113,7 +113,7 @@ def _clock(row: Row, thresholds: Thresholds) -> Cell:
     if row.offset is None:
         return Cell(UNKNOWN, Look.FAINT)
     is_off = abs(row.offset.ahead_s) > thresholds.clock_ahead_max_s
-    text = f"{row.offset.ahead_s * 1e3:+.0f}" if abs(row.offset.ahead_s) < 10.0 else f"{row.offset.ahead_s:+.0f} s"
+    text = f"{round(row.offset.ahead_s * 1e3):+d}" if abs(row.offset.ahead_s) < 10.0 else f"{row.offset.ahead_s:+.0f} s"
     return Cell(text + ("!" if is_off else ""), Look.WARNING if is_off else Look.PLAIN)
 
 
