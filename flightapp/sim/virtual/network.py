@@ -1,7 +1,8 @@
 """A fleet network on the virtual clock, with the part of Zenoh's interface that `fleet.post` uses.
 
-It carries bytes, not objects, so that everything is encoded and decoded as in flight. Latency is constant; a vehicle can be cut
-off, and what it sent or should have received meanwhile is gone, as over UDP.
+It carries bytes, not objects, so that everything is encoded and decoded as in flight. Latency is constant unless a `shaper` makes
+the links worse; a vehicle can be cut off, and what it sent or should have received meanwhile is gone, as over UDP. An operator's
+links are never shaped.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import zenoh
 
 from flightapp.fleet.messages.command import Acknowledgement, Command, decode_acknowledgement, encode_command
 from flightapp.fleet.messages.keys import command_key
+from flightapp.sim.link_shaper import LinkShaper
 
 LEASE_S = 1.5
 WAITING_MAX = 64
@@ -137,6 +139,8 @@ class VirtualNetwork:
         self._queryables: dict[str, _Endpoint] = {}
         self.cut_off: set[str] = set()
         """Vehicles that neither send nor receive."""
+        self.shaper: LinkShaper | None = None
+        """What the links between vehicles do to packets; None: a constant latency."""
 
     def session(self, owner: str) -> zenoh.Session:
         """What `owner` sees of the network."""
@@ -169,19 +173,23 @@ class VirtualNetwork:
             return
 
         def back(content: bytes) -> None:
-            if not {asker, owner} & self.cut_off:
-                self._call_later(self._latency_s, lambda: take(_Reply(_Sample(_Payload(content)))))
+            delay_s = self._delay_s(owner, asker)
+            if delay_s is not None and not {asker, owner} & self.cut_off:
+                self._call_later(delay_s, lambda: take(_Reply(_Sample(_Payload(content)))))
 
         def arrive() -> None:
             if owner not in self.cut_off:
                 answer(_Question(key, back))
 
-        self._call_later(self._latency_s, arrive)
+        delay_s = self._delay_s(asker, owner)
+        if delay_s is not None:
+            self._call_later(delay_s, arrive)
 
     def is_reachable(self, one: str, other: str) -> bool:
         """Whether `one` still holds `other` for connected: until a lease after it was last reached."""
         now_s, pair = self._time(), (one, other)
-        if not {one, other} & self.cut_off:
+        split = self.shaper is not None and self.shaper.is_cut(one, other)
+        if not split and not {one, other} & self.cut_off:
             self._reached_s[pair] = now_s
         return now_s - self._reached_s.get(pair, -LEASE_S) < LEASE_S
 
@@ -193,7 +201,13 @@ class VirtualNetwork:
             if endpoint.owner not in self.cut_off:
                 endpoint.handler.waiting.append(item)
 
-        self._call_later(self._latency_s, arrive)
+        delay_s = self._delay_s(sender, endpoint.owner)
+        if delay_s is not None:
+            self._call_later(delay_s, arrive)
+
+    def _delay_s(self, sender: str, receiver: str) -> float | None:
+        """Of one packet; None: lost. An operator has no name here."""
+        return self._latency_s if self.shaper is None or not sender else self.shaper.delay_s(sender, receiver)
 
 
 class _Publisher:

@@ -1,0 +1,1 @@
+"""Whole simulated missions over bad links: what delay, jitter, loss and partitions do to a pursuit."""
