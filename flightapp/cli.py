@@ -33,6 +33,7 @@ LIVE_PORT, LOOPBACK = "8765", "127.0.0.1"
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 SIM_PROFILE = Path("profiles/sim.toml")
 DEMO_MISSION = Path("missions/demo_two_pursuers.toml")
+NETWORK_MISSION = Path("missions/three_pursuers.toml")
 DENSE_SCENARIO = Path("missions/scenarios/a2-dense.toml")
 
 
@@ -530,7 +531,7 @@ class _PlannersByDefault(_WithDefault):
 
 campaign_app = typer.Typer(
     cls=_PlannersByDefault,
-    help="Many missions: compare planners on a SCENARIO (the default), or inject faults.",
+    help="Many missions: compare planners on a SCENARIO (the default), inject faults, or worsen the network.",
     rich_markup_mode=None,
 )
 app.add_typer(campaign_app, name="campaign")
@@ -613,6 +614,46 @@ def fault_campaign(
         print(json.dumps(finished.summary, indent=2))
     else:
         print_fault_campaign(finished)
+    raise typer.Exit((0 if finished.is_clean else 1) if finished.complete else INTERRUPTED)
+
+
+@campaign_app.command("network")
+def network_campaign(
+    seeds: Annotated[str, typer.Option("--seeds", help="17, 0-9 or 3,5,20-29: the same over every kind of network.")] = "0-9",
+    delays_ms: Annotated[str, typer.Option("--delays-ms", help="Of a packet, +- half of it; several with commas.")] = "5,100,200",
+    losses: Annotated[str, typer.Option("--losses", help="Per cent of the packets; several with commas.")] = "0,10,30",
+    partitions: Annotated[
+        str, typer.Option("--partitions", help="none, one, halves: the first on the whole grid, the others at its ends.")
+    ] = "none,one,halves",
+    real: Annotated[int, typer.Option("--real", min=0, help="So many conditions are flown by real processes as well.")] = 0,
+    proxy: Annotated[bool, typer.Option("--proxy", help="These through a proxy, also where namespaces are possible.")] = False,
+    workers: WorkerCount = None,
+    as_json: Json = False,
+    output: Annotated[Path | None, typer.Option("--out", help="New folder; default campaigns/TIME-network.")] = None,
+    mission: Annotated[Path, typer.Option("--mission", help="The pursuit that is flown.")] = NETWORK_MISSION,
+    profile: Profile = SIM_PROFILE,
+) -> None:
+    """Fly a pursuit over networks that are slow, lossy or split for a while: on a virtual clock, and by real processes.
+
+    Writes table.csv, table.md, network.png and missions.json. Recordings of what must not happen stay in the folder.
+
+    Exit status: 0 everything held, 1 something did not, 2 bad input, 3 fault, 130 stopped by a person.
+
+    Example: flightapp campaign network --seeds 0-9 --real 2
+    """
+    from flightapp.analysis.campaign.seeds import parse_seeds
+    from flightapp.analysis.campaign.workers import Workers
+    from flightapp.sim.network_campaign.campaign import NetworkCampaign, run_network_campaign
+    from flightapp.sim.network_campaign.conditions import parse_grid
+    from flightapp.sim.network_campaign.terminal import print_network_campaign
+
+    grid = parse_grid(delays_ms, losses, partitions)
+    question = NetworkCampaign(mission, profile, grid, parse_seeds(seeds), real, proxy)
+    finished = run_network_campaign(question, Workers(workers), output)
+    if as_json:
+        print(json.dumps(finished.summary, indent=2))
+    else:
+        print_network_campaign(finished)
     raise typer.Exit((0 if finished.is_clean else 1) if finished.complete else INTERRUPTED)
 
 
