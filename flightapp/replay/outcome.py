@@ -115,7 +115,8 @@ def _words(one: Difference) -> str:
     if one.diagnostics:
         parts.append(f"diagnostics {', '.join(one.diagnostics)}")
     if one.guards is not None:
-        parts.append(f"guards {_names(one.guards[0])} -> {_names(one.guards[1])}")
+        then, now = map(_names, one.guards)
+        parts.append(f"guards {then} -> {now}" if then != now else f"reasons of {now}")
     return ", ".join(parts)
 
 

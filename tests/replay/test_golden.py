@@ -14,7 +14,7 @@ from flightapp.replay.flight import read_flight
 
 GOLDEN = Path(__file__).with_name("golden")
 TOLERANCE = 1e-9
-"""m/s, rad, m; 0 on one machine. Another processor's instructions make something else of the last bits."""
+"""m/s, rad, m; 0 on one machine. Another processor's instructions may make something else of the last bits."""
 NAMES = ("beside_a_tree", "demo_evader", "demo_pursuer")
 
 
