@@ -390,11 +390,11 @@ def explain(
 
 @app.command()
 def recover(
-    file: Annotated[Path, typer.Argument(help="A recording that was cut off.")],
+    file: Annotated[Path, typer.Argument(help="A recording that was cut off or damaged.")],
     output: Annotated[Path | None, typer.Option("--output", help="File to write; default FILE with -recovered.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Make a normal recording from one that was cut off.
+    """Make a normal recording from one that was cut off or damaged, and say what could not be saved.
 
     Example: flightapp recover runs/20260601-101500-demo_two_pursuers/p1.mcap
     """
@@ -403,9 +403,12 @@ def recover(
     target = output or file.with_name(f"{file.stem}-recovered.mcap")
     found = recover_file(file, target)
     if as_json:
-        print(json.dumps({"file": str(found.output), "messages": found.messages, "span_s": found.span_s}))
+        told = {"file": str(found.output), "messages": found.messages, "span_s": found.span_s}
+        print(json.dumps({**told, "complete": found.was_complete, "note": found.note}))
     else:
         print(f"{found.output}: {found.messages} messages over {found.span_s:.1f} s")
+        if found.note:
+            print(f"{file}: {found.note}")
 
 
 @app.command()

@@ -122,7 +122,7 @@ def _errors(run: Run) -> list[dict[str, Any]]:
 
 
 def _recordings(run: Run) -> list[dict[str, Any]]:
-    readable = [{"file": r.path.name, "complete": r.complete, "error": None} for r in run.recordings]
+    readable = [{"file": r.path.name, "complete": r.complete, "error": r.note or None} for r in run.recordings]
     return readable + [{"file": path.name, "complete": False, "error": reason} for path, reason in run.unreadable]
 
 

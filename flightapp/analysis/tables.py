@@ -117,10 +117,7 @@ def time_button(t_s: float) -> str:
 
 def recordings_table(summary: Summary) -> str:
     """Files and whether they are whole."""
-    rows = [
-        (escape(one["file"]), "complete" if one["complete"] else escape(one["error"] or "cut off; everything before is used"))
-        for one in summary["recordings"]
-    ]
+    rows = [(escape(one["file"]), escape(one["error"] or "complete")) for one in summary["recordings"]]
     return plain_table(["File", "State"], rows, "recordings")
 
 

@@ -17,7 +17,7 @@ def attached_tables(recording: Recording, name: str) -> dict[str, Any]:
         raise InputError(f"{recording.path}: {name} is not attached to this recording")
     try:
         return tomllib.loads(recording.attachments[name].decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"{_where(recording, name)}: not valid TOML: {error}") from None
 
 

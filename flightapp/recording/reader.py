@@ -21,7 +21,10 @@ __all__ = ["Recording", "Series", "discs_of", "read_recording"]
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """What one file holds. `complete` is False if it was cut off: everything up to the cut is here."""
+    """What one file holds. `complete` is False if it was cut off or damaged: everything else of it is here.
+
+    note: what is amiss with the file, one sentence; empty if nothing is.
+    """
 
     path: Path
     vehicle: str
@@ -29,6 +32,7 @@ class Recording:
     metadata: Mapping[str, Mapping[str, str]]
     attachments: Mapping[str, bytes]
     series: Mapping[str, Series] = field(repr=False)
+    note: str = ""
 
     def topic(self, name: str) -> Series:
         """The series of one topic; empty if nothing was recorded on it."""
@@ -65,7 +69,7 @@ def read_recording(path: Path) -> Recording:
             attachments[record.name] = record.data
     series = {topic: _series(topic, times[topic], payloads[topic]) for topic in times}
     vehicle = metadata.get("run", {}).get("vehicle", path.stem)
-    return Recording(path, vehicle, scan.complete, metadata, attachments, series)
+    return Recording(path, vehicle, scan.complete, metadata, attachments, series, scan.note)
 
 
 def discs_of(message: Mapping[str, Any]) -> Array:

@@ -1,7 +1,8 @@
 """The depth frames of a flight recorded by flightapp (MCAP): pixels, intrinsics, capture time, the vehicle's pose, the camera.
 
 Each frame is two messages of the same log time: `<topic>` is a foxglove.CompressedImage (16-bit PNG), `<topic>/info` is JSON with
-all the rest. They are read in order, one frame ahead of the caller. A file that was cut off plays up to the cut.
+all the rest. They are read in order, one frame ahead of the caller. A file that was cut off plays up to the cut, and one that is
+damaged plays without what was damaged.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ from typing import IO, Any
 
 import cv2
 import numpy as np
-from mcap.records import Channel, Footer, Header, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
+from mcap.records import Channel, Header, Message, Metadata, Schema
 from mcap_protobuf.decoder import DecoderFactory
 from numpy.typing import NDArray
 
 from perception.errors import PerceptionInputError
 from perception.geometry import CameraMounting
+from perception.mcap_walk import MAGIC, Walk, why_no_mcap
 from perception.sources.api import SourceHealth
 from perception.types import DepthFrame, Intrinsics, VehiclePose
 
@@ -100,8 +101,7 @@ class McapSource:
                 self._fault = str(error)
             else:
                 return frame
-        if not self._messages.is_complete:
-            self._fault = f"{self.path}: the recording breaks off after {self._received} depth frames"
+        self._fault = self._messages.why_incomplete(self._received)
         return None
 
     def _check_vehicle(self, vehicle: str | None) -> None:
@@ -120,7 +120,7 @@ class McapSource:
             return _frame(content, _pixels(image.decoded(self.path))), _camera(content)
         except KeyError as error:
             raise PerceptionInputError(f"{self.path}: a depth frame lacks the field {error}; the file is damaged") from None
-        except (ValueError, TypeError, OverflowError) as error:
+        except (ValueError, TypeError, OverflowError, RecursionError) as error:
             raise PerceptionInputError(f"{self.path}: a depth frame cannot be read: {error}; the file is damaged") from None
 
 
@@ -139,8 +139,8 @@ class _Image:
         if self.schema is None or self.schema.name != IMAGE_SCHEMA or self.encoding != "protobuf":
             found = "messages without a schema" if self.schema is None else f"{self.schema.name} in {self.encoding}"
             raise PerceptionInputError(f"{path}: '{self.topic}' holds {found}; {IMAGE_SCHEMA} in protobuf is wanted")
-        decode = self.decoders.decoder_for("protobuf", self.schema)
         try:
+            decode = self.decoders.decoder_for("protobuf", self.schema)
             return bytes(decode(self.data).data) if decode is not None else b""
         except Exception as error:  # protobuf's own kind, which carries no type information
             raise ValueError(f"its {IMAGE_SCHEMA} message: {error}") from None
@@ -155,16 +155,20 @@ class _Messages:
         self._channels: dict[int, Channel] = {}
         self._decoders = DecoderFactory()
         self.vehicle: str | None = None
-        self.is_complete = False
         size = path.stat().st_size
-        if size == 0:
-            raise PerceptionInputError(f"{path}: the file is empty; nothing was recorded")
-        self._records = _readable_records(file, size)
-        header = next(self._records, None)
-        if not isinstance(header, Header):
-            raise PerceptionInputError(f"{path}: not a recording: it does not begin like an MCAP file, or breaks off at once")
-        if header.profile != PROFILE:
-            raise PerceptionInputError(f"{path}: an MCAP file, but not a recording of {PROFILE} (profile '{header.profile}')")
+        if why := why_no_mcap(file.read(len(MAGIC))):
+            raise PerceptionInputError(f"{path}: {why}")
+        self._path = path
+        self._walk = Walk(file, size)
+        self._records = self._walk.records()
+        first = next(self._records, None)
+        if first is None:
+            raise PerceptionInputError(f"{path}: the recording broke off before its first record; nothing can be read")
+        if isinstance(first, Header) and first.profile != PROFILE:
+            raise PerceptionInputError(
+                f"{path}: an MCAP file, but not a recording of {PROFILE} (profile {first.profile[:40]!r}, "
+                f"written by {first.library[:40]!r})"
+            )
         self._pairs = self._paired()
 
     def __iter__(self) -> Iterator[tuple[bytes, _Image]]:
@@ -179,8 +183,16 @@ class _Messages:
         topics = {channel.topic for channel in self._channels.values()}
         if self._topic in topics and f"{self._topic}/info" not in topics:
             return f"the images on '{self._topic}' have no '{self._topic}/info' beside them that says what they show"
-        cut = "" if self.is_complete else " and breaks off"
-        return f"holds no depth frames on '{self._topic}'{cut}; a vehicle records them with recording.depth_rate_hz above 0"
+        lost = self._walk.losses.sentence
+        amiss = ("" if self._walk.complete else " and breaks off") + (f" ({lost})" if lost else "")
+        return f"holds no depth frames on '{self._topic}'{amiss}; a vehicle records them with recording.depth_rate_hz above 0"
+
+    def why_incomplete(self, frames: int) -> str:
+        """What is amiss with the file, once it is read through; empty if nothing is."""
+        if not self._walk.complete:
+            return f"{self._path}: the recording breaks off after {frames} depth frames"
+        lost = self._walk.losses.sentence
+        return f"{self._path}: {lost}" if lost else ""
 
     def _paired(self) -> Generator[tuple[bytes, _Image]]:
         info: tuple[int, bytes] | None = None
@@ -200,21 +212,6 @@ class _Messages:
                 self._schemas[record.id] = record
             elif isinstance(record, Metadata) and record.name == "run":
                 self.vehicle = record.metadata.get("vehicle")
-            elif isinstance(record, Footer):
-                self.is_complete = True
-
-
-def _readable_records(file: IO[bytes], size: int) -> Generator[McapRecord]:
-    """Records up to the end or the first damage; a recording of a process that was killed ends in damage."""
-    records = StreamReader(file, validate_crcs=True, record_size_limit=size).records
-    while True:
-        try:
-            record = next(records)
-        except StopIteration:
-            return
-        except Exception:  # the decoder answers damage with whatever it stumbles over; each of them is "no further"
-            return
-        yield record
 
 
 def _pixels(image: bytes) -> NDArray[np.uint16]:

@@ -213,7 +213,7 @@ def test_a_recording_without_depth_says_how_to_record_it(tmp_path: Path) -> None
     [
         (b"", "the file is empty"),
         (b"\x00" * 4000, "does not begin like an MCAP file"),
-        (b"\x89MCAP0\r\n", "not a recording"),
+        (b"\x89MCAP0\r\n", "broke off before its first record"),
         (b"# a text file", "does not begin like an MCAP file"),
     ],
 )
@@ -232,7 +232,7 @@ def test_missing_files_and_empty_folders_are_named(tmp_path: Path) -> None:
 
 def test_a_foreign_mcap_file_is_named_as_such(tmp_path: Path, flight: Path) -> None:
     path = altered(flight, tmp_path / "x.mcap", profile="ros2")
-    with pytest.raises(PerceptionInputError, match=r"not a recording of flightapp \(profile 'ros2'\)"):
+    with pytest.raises(PerceptionInputError, match=r"not a recording of flightapp \(profile 'ros2', written by 'mcap"):
         McapSource(path)
 
 
