@@ -61,7 +61,7 @@ def test_a_held_pursuer_gives_way_to_the_evader_and_goes_on_without_a_jump(tmp_p
 
 
 def assert_no_jump(flight: Flight, since_s: float) -> None:
-    """No setpoint gains, turns or reverses more than the vehicle may accelerate, twice that where a guard retreats; it may brake."""
+    """No setpoint gains or turns by more than the vehicle may accelerate, twice that where a guard retreats; it may brake."""
     limit_m_s2 = 2.0 * load_profile(SIM).limits.acceleration_max_m_s2
     sent = [(t_s, setpoint.velocity_ned_m_s[:2]) for t_s, setpoint in flight.one.autopilot.sent if t_s > since_s]
     for (before_s, before), (t_s, now) in itertools.pairwise(sent):
