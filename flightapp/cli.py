@@ -33,7 +33,7 @@ LIVE_PORT, LOOPBACK = "8765", "127.0.0.1"
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 SIM_PROFILE = Path("profiles/sim.toml")
 DEMO_MISSION = Path("missions/demo_two_pursuers.toml")
-NETWORK_MISSION = Path("missions/three_pursuers.toml")
+NETWORK_MISSION = Path("missions/demo_three_pursuers.toml")
 DENSE_SCENARIO = Path("missions/scenarios/a2-dense.toml")
 
 

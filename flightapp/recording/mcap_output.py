@@ -9,6 +9,7 @@ import foxglove
 from foxglove import Context
 from foxglove.mcap import MCAPCompression, MCAPWriteOptions
 
+from flightapp.recording import file_format
 from flightapp.recording.channels import Channel
 from flightapp.recording.schema import encoding_of, schema_of
 from flightapp.recording.sink import Sink
@@ -49,6 +50,7 @@ class McapOutput:
                 compression=MCAPCompression.Lz4, profile=FILE_PROFILE, chunk_size=chunk_bytes, disable_seeking=True
             ),
         )
+        self.metadata(file_format.METADATA, file_format.CURRENT)
 
     @property
     def error(self) -> str | None:

@@ -44,7 +44,13 @@ NAMES = [
     "fleet state, encode and decode",
 ]
 COMPARED = {"planner, fine step", "planner, fine evaluation, 441 samples", RICH}
-AIMS_MS = {"planner, coarse step": 0.05, "planner, fine step": 0.25, PLAIN: 2.0, RICH: 2.0}
+AIMS_MS = {
+    "planner, coarse step": 0.05,
+    "planner, fine step": 0.25,
+    PLAIN: 2.0,
+    RICH: 2.0,
+    "recorder, six messages of a tick": 0.2,
+}
 
 
 @pytest.fixture(scope="module")

@@ -44,7 +44,14 @@ def is_seen(found: PerceivedObstacles, bearing_rad: float = 0.0) -> bool:
     return not any(start <= bearing_rad < end for start, end in found.unseen)
 
 
-def stands_free(found: PerceivedObstacles, at: VehiclePose, pole: np.ndarray) -> bool:
+def is_before(trees: np.ndarray, at: VehiclePose, bearing: float) -> bool:
+    """Whether a tree of the picture with the nose up shows there, or next to it: it would not, were there a pole before it."""
+    north, east = (trees[:, :2] - at.position_ned_m[:2]).T
+    reach = np.arcsin(trees[:, 2] / np.hypot(north, east)) + 2 * SECTOR_RAD
+    return bool(np.any(np.abs(np.arctan2(east, north) - bearing) <= reach))
+
+
+def stands_free(found: PerceivedObstacles, at: VehiclePose, pole: np.ndarray, trees: np.ndarray) -> bool:
     """Whether something round shows neither behind the front of a disc nor unseen, by more than a sector beside either."""
     north, east = pole[:2] - at.position_ned_m[:2]
     discs = found.discs[:, :3] - np.array([*at.position_ned_m[:2], 0.0])
@@ -53,7 +60,7 @@ def stands_free(found: PerceivedObstacles, at: VehiclePose, pole: np.ndarray) ->
     distance = math.hypot(north, east)
     for offset in np.linspace(-0.9, 0.9, 13) * math.asin(min(pole[2] / distance, 0.99)):
         bearing = math.atan2(east, north) + offset
-        if not all(is_seen(found, bearing + aside) for aside in (-SECTOR_RAD, 0.0, SECTOR_RAD)):
+        if is_before(trees, at, bearing) or not all(is_seen(found, bearing + a) for a in (-SECTOR_RAD, 0.0, SECTOR_RAD)):
             continue
         aside = np.abs((bearings - bearing + math.pi) % (2 * math.pi) - math.pi)
         if not np.any((aside <= reach) & (centre - discs[:, 2] < distance + 0.3)):
@@ -116,7 +123,7 @@ def test_nothing_stands_in_remembered_free_space(
         poses.append(pose(north, east, pitch_deg=BRAKING_DEG if k >= 3 else 0.0, yaw_deg=turn_deg_s * k / 30))
     for at, found in zip(poses, fly(poses, Scene(cylinders=np.vstack((poles, trees))), Scene(cylinders=trees)), strict=True):
         near = np.hypot(poles[:, 0] - at.position_ned_m[0], poles[:, 1] - at.position_ned_m[1]) < 5.5
-        assert not any(stands_free(found, at, pole) for pole in poles[near])
+        assert not any(stands_free(found, at, pole, trees) for pole in poles[near])
 
 
 def view(nearest_m: float = math.inf, seen: bool = True) -> View:

@@ -192,7 +192,7 @@ def test_an_evader_past_the_line_is_as_near_to_it_as_one_before_it() -> None:
 def test_the_game_near_equal_speed_is_continuous(pursuers: list[Point], evader: Point) -> None:
     if min(math.dist(p, evader) for p in pursuers) < 1.0:
         return
-    exact, above_one = (game(pursuers, evader, [r] * len(pursuers)) for r in (1.0, 1.0 + 1e-5))
+    exact, above_one = (game(pursuers, evader, [r] * len(pursuers)) for r in (1.0, 1.0 + 1e-6))
     if exact.contested and above_one.contested:
         assert above_one.distance_m == pytest.approx(exact.distance_m, abs=0.1)
 

@@ -39,6 +39,11 @@ def away(north_m: float, up_m: float) -> Motion:
     return Motion(VehicleState(NOW_S, place, np.zeros(3), 0.0), 0.0, 0.0, NOW_S)
 
 
+def over(endpoint: str) -> Facts:
+    network = PROFILE.network.model_copy(update={"connect_endpoints": (endpoint,)})
+    return good_facts(profile=PROFILE.model_copy(update={"network": network}))
+
+
 def test_a_good_vehicle_is_ready_and_every_result_says_why_it_matters() -> None:
     results = run_checklist(good_facts())
     assert is_ready(results)
@@ -80,6 +85,9 @@ NOT_READY = {
     "camera on USB 2": (with_camera(warning="connected over USB 2.1"), "camera", Level.WARNING),
     "camera restarted": (with_camera(restarts=2), "camera", Level.WARNING),
     "camera missing": (good_facts(camera=None), "camera", Level.SKIPPED if PROFILE.camera.source != "none" else Level.FAILED),
+    "plain UDP": (over("udp/10.0.0.2:7447"), "fleet-links", Level.WARNING),
+    "QUIC": (over("quic/10.0.0.2:7447"), "fleet-links", Level.PASSED),
+    "on one machine": (over("udp/127.0.0.1:7447"), "fleet-links", Level.PASSED),
     "teammate not heard": (with_teammate(age_s=None), "team", Level.RUNNING),
     "teammate silent": (with_teammate(age_s=4.0), "team", Level.RUNNING),
     "another mission file": (with_teammate(mission_digest="xyz"), "mission-file", Level.FAILED),

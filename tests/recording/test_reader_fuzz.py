@@ -224,7 +224,8 @@ def test_another_major_version_is_refused(tmp_path: Path, flight: bytes, told: d
 
 def test_a_newer_minor_version_is_read_and_said_once(tmp_path: Path, flight: bytes) -> None:
     path = tmp_path / "p1.mcap"
-    path.write_bytes(with_metadata(flight, "format", {"version": "1.9"}))
+    assert flight.count(b"version\x03\0\0\x001.0") >= 1
+    path.write_bytes(flight.replace(b"version\x03\0\0\x001.0", b"version\x03\0\0\x001.9"))
     note = read_recording(path).note
     assert note.count("is of format 1.9, newer than this program's 1.0") == 1
     (tmp_path / "old.mcap").write_bytes(flight)

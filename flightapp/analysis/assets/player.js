@@ -57,7 +57,7 @@ class Player {
     let before = performance.now();
     const step = (now) => {
       if (!this.playing) return;
-      this.seek(this.t + Math.min((now - before) / 1000, 0.25) * Number(this.speed.value));
+      this.seek(this.t + Math.min(Math.max(now - before, 0) / 1000, 0.25) * Number(this.speed.value));
       before = now;
       if (this.t >= this.run.span_s[1]) this.pause(); else requestAnimationFrame(step);
     };
