@@ -22,6 +22,7 @@ types: $(VENV)/.ok
 # What flies in real time is not disturbed by what only computes; whole fleets fly alone.
 pytest: $(VENV)/.ok
 	$(PY) -m pytest -n 2 --dist loadfile $(addprefix --ignore=,$(IN_REAL_TIME) $(CROWDED)) --durations=10 tests
+	$(PY) -c 'import flightapp.runtime.vehicle_process'
 	$(PY) -m pytest -n 2 --dist worksteal --durations=10 $(IN_REAL_TIME)
 	$(PY) -m pytest --durations=10 $(CROWDED)
 

@@ -39,7 +39,7 @@ class OneVehicle:
         return children[0] if children else psutil.Process(self.process.pid)
 
     def wait_for_offboard(self) -> None:
-        until(lambda: self.relay.mode() == OFFBOARD and len(self.relay.setpoints_s) > 50, 40.0, "OFFBOARD", self)
+        until(lambda: self.relay.mode() == OFFBOARD and len(self.relay.setpoints_s) > 50, 90.0, "OFFBOARD", self)
 
 
 def until(condition: Callable[[], bool], timeout_s: float, what: str, vehicle: OneVehicle | None = None) -> None:

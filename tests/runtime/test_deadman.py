@@ -45,7 +45,7 @@ def test_setpoints_stop_within_half_a_second_and_the_failsafe_follows(tmp_path: 
 def test_a_vehicle_whose_process_dies_in_the_climb_is_landed(tmp_path: Path) -> None:
     """No failsafe of PX4's own would: it would hold at the mission height until its battery is empty."""
     with one_vehicle(tmp_path) as vehicle:
-        until(lambda: vehicle.relay.mode() == TAKEOFF, 40.0, "take-off", vehicle)
+        until(lambda: vehicle.relay.mode() == TAKEOFF, 90.0, "take-off", vehicle)
         vehicle.vehicle_process().send_signal(signal.SIGKILL)
         until(lambda: vehicle.relay.mode() == LAND, 30.0, "landing", vehicle)
         assert vehicle.process.wait(timeout=30) == 3

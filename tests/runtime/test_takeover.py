@@ -23,7 +23,7 @@ def pilot(folder: Path, when: str, *arguments: str) -> Sequence[str]:
 
 def assert_released(vehicle: OneVehicle, silent_after_s: float) -> None:
     """From the take-over on no mode command went out, and setpoints ended within `silent_after_s`."""
-    until(lambda: vehicle.relay.mode() == POSITION_CONTROL, 60.0, "pilot", vehicle)
+    until(lambda: vehicle.relay.mode() == POSITION_CONTROL, 90.0, "pilot", vehicle)
     taken_s = vehicle.relay.modes[-1][0]
     until(lambda: vehicle.relay.mode() == LAND, 20.0, "pilot's landing", vehicle)
     assert vehicle.process.wait(timeout=40) == 1
@@ -52,7 +52,7 @@ def test_the_pilot_takes_over_during_take_off_with_heartbeats_once_a_second(tmp_
 
 def test_a_termination_during_take_off_brings_the_vehicle_down(tmp_path: Path) -> None:
     with one_vehicle(tmp_path, mock_arguments=("--slow-heartbeat",)) as vehicle:
-        until(lambda: "phase takeoff" in (vehicle.run / "e1.log").read_text(), 40.0, "take-off", vehicle)
+        until(lambda: "phase takeoff" in (vehicle.run / "e1.log").read_text(), 90.0, "take-off", vehicle)
         vehicle.process.terminate()
         assert vehicle.process.wait(timeout=60) == 1
         recording = read_recording(vehicle.run / "e1.mcap")
