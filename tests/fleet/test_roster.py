@@ -26,7 +26,7 @@ from flightapp.sim.fleet_files import ReservedPorts
 
 AHEAD_S = 30.0
 POLL_S = 0.01
-DEADLINE_S = 30.0
+DEADLINE_S = 90.0
 LEASE_S = 1.5
 SLACK_S = 1.0
 """For a machine that does other things as well."""
