@@ -10,6 +10,15 @@ import zenoh
 from flightapp.fleet.messages import keys
 from flightapp.fleet.post import WAITING_MAX, Post
 
+LOST_AGE_S = 0.7
+LOST_PERIODS = 5
+"""Of the last state of a vehicle that counts as lost: 14 messages in a row at 20 Hz."""
+
+
+def lost_age_s(state_rate_hz: float) -> float:
+    """Age of the last state from which on a vehicle that sends `state_rate_hz` counts as lost: for its mates and who looks on."""
+    return max(LOST_AGE_S, LOST_PERIODS / state_rate_hz)
+
 
 class Roster:
     """`here`: names with a token now; `post.others` are those that the mission assigns."""

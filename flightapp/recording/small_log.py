@@ -26,10 +26,7 @@ class SmallLog:
         self._context = Context()
         self._outlets = outlets_of(self._context, kept)
         self._output = McapOutput(self._context, frozenset(self._outlets), sink, CHUNK_BYTES)
-        self._periods_ns = {
-            channel.topic: 0 if math.isinf(channel.small_hz) else round(1e9 * (1.0 - _EARLY) / channel.small_hz)
-            for channel in kept
-        }
+        self._periods_ns = {channel.topic: _period_ns(channel.small_hz) for channel in kept}
         self._due_ns = dict.fromkeys(self._outlets, 0)
         self._flush_due_ns = 0
 

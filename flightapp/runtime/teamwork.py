@@ -13,7 +13,7 @@ import numpy as np
 from flightapp.core.types import Array, Decision, TargetTrack, TeamMember, VehicleState
 from flightapp.fleet.messages.intent import Intent
 from flightapp.fleet.messages.state import State
-from flightapp.fleet.roster import Roster
+from flightapp.fleet.roster import Roster, lost_age_s
 from flightapp.fleet.shared_state import SharedState
 from flightapp.runtime.rooms import Rooms
 
@@ -21,9 +21,6 @@ ACTIVE_PHASES = ("ready", "pursue")
 FORGOTTEN_S = 10.0
 EXTRAPOLATION_MAX_S = 0.5
 CUT_OUT_MARGIN_M = 0.4
-LOST_AGE_S = 0.7
-LOST_PERIODS = 5
-"""Of the last state of a teammate that counts as lost: 14 messages in a row at 20 Hz."""
 LEFT_AGE_MAX_S = 0.2
 """Of the last state of a vehicle whose liveliness token went: a few periods, in which one may be lost without harm."""
 
@@ -96,7 +93,7 @@ class Teamwork:
 
     def note_silence(self, now_s: float) -> None:
         """An event when a vehicle that was heard falls silent, and when it is heard again."""
-        lost_s = max(LOST_AGE_S, LOST_PERIODS / self._rooms.profile.network.state_rate_hz)
+        lost_s = lost_age_s(self._rooms.profile.network.state_rate_hz)
         for name in self._roster.poll():
             self._rooms.journal.event("warning", "network", f"{name} is on the fleet's network and not of the mission", peer=name)
         for name, peer in self._rooms.team.peers.items():

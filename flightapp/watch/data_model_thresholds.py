@@ -5,11 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flightapp.config.profile import Profile
-
-STATE_RATE_HZ = 20.0
-LOST_AGE_S = 0.7
-LOST_PERIODS = 5
-"""As the vehicles themselves judge a silent teammate: see `runtime.teamwork`."""
+from flightapp.fleet.roster import LOST_AGE_S, lost_age_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,5 +24,5 @@ def thresholds_of(profile: Profile | None) -> Thresholds:
     """As `profile` sets them, where there is one."""
     if profile is None:
         return Thresholds()
-    lost_s = max(LOST_AGE_S, LOST_PERIODS / profile.network.state_rate_hz)
+    lost_s = lost_age_s(profile.network.state_rate_hz)
     return Thresholds(lost_s / 2.0, lost_s, profile.limits.safety_margin_m)

@@ -14,7 +14,6 @@ from flightapp.config.profile import load_profile
 from flightapp.fleet.clock_offset import Offset
 from flightapp.fleet.election.beacon import Beacon, Role
 from flightapp.fleet.messages.sighting import Sighting
-from flightapp.runtime import teamwork
 from flightapp.watch.data_model_alarms import Level
 from flightapp.watch.data_model_confirmation import CONFIRM_WITHIN_S, Confirmation, Order
 from flightapp.watch.data_model_fleet import FleetModel, Overview
@@ -22,7 +21,7 @@ from flightapp.watch.data_model_heard import Heard
 from flightapp.watch.data_model_leader import leadership_of
 from flightapp.watch.data_model_rows import Link
 from flightapp.watch.data_model_target import boundary_distance_m, boundary_time_s
-from flightapp.watch.data_model_thresholds import LOST_AGE_S, LOST_PERIODS, Thresholds, thresholds_of
+from flightapp.watch.data_model_thresholds import Thresholds, thresholds_of
 from flightapp.watch.frontend_cells import cells_of, leader_text, target_text
 from flightapp.watch.frontend_machines import as_json_line, as_text
 from tests.watch.scenes import DIGEST, MISSION, MISSION_FILE, NOW_S, ROLES, everybody, heard, state
@@ -122,8 +121,8 @@ def test_the_older_a_message_the_worse_the_link_and_a_word_says_it(age_s: float)
 
 
 def test_thresholds_are_those_by_which_the_vehicles_judge_each_other() -> None:
-    assert (LOST_AGE_S, LOST_PERIODS) == (teamwork.LOST_AGE_S, teamwork.LOST_PERIODS)
     profile = load_profile(MISSION_FILE.parents[1] / "profiles/sim.toml")
+    assert Thresholds().lost_age_s == thresholds_of(profile).lost_age_s == 0.7
     slow = profile.model_copy(update={"network": profile.network.model_copy(update={"state_rate_hz": 2.0})})
     assert thresholds_of(slow).lost_age_s == 2.5
     assert thresholds_of(profile).clearance_min_m == profile.limits.safety_margin_m

@@ -11,9 +11,6 @@ from flightapp.core.errors import InputError
 from flightapp.sim.link_shaper import LinkQuality
 
 PartitionKind = Literal["none", "one", "halves"]
-DELAYS_MS = "5,100,200"
-LOSSES_PERCENT = "0,10,30"
-PARTITIONS = "none,one,halves"
 JITTER_SHARE = 0.5
 DELAY_MAX_MS, LOSS_MAX_PERCENT = 2000.0, 90.0
 

@@ -52,6 +52,9 @@ from flightapp.vehicle.pose_history import PoseHistory
 PARAMETERS: dict[str, Value] = {"COM_OBL_RC_ACT": 4, "COM_RC_OVERRIDE": 3, "COM_LOW_BAT_ACT": 3}
 DEADMAN_CHECK_S = 0.05
 HEARTBEAT_S = 1.0
+RECORDER_WAITING_MAX = 1 << 20
+"""The recorder's thread lives in real time, which the mission outruns: nothing is dropped for that."""
+RECORDER_CLOSE_S = 60.0
 TIME_LIMIT_S = 900.0
 
 
@@ -119,7 +122,7 @@ async def _until_over(fleet: VirtualFleet, time_limit_s: float) -> None:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
         for one in fleet.vehicles.values():
-            one.recorder.close()
+            one.recorder.close(RECORDER_CLOSE_S)
 
 
 async def _until_down(fleet: VirtualFleet, flights: list[asyncio.Task[None]]) -> None:
@@ -230,7 +233,13 @@ class _Builder:
         station, faults = make_station(replace(setup), events.append)
         history = PoseHistory()
         autopilot = VirtualAutopilot(station, vehicle.system_id, datum, clock, history)
-        recorder = Recorder(self.run / f"{name}.mcap", options=profile.recording, mission=mission, open_file=self.open_file)
+        recorder = Recorder(
+            self.run / f"{name}.mcap",
+            options=profile.recording,
+            mission=mission,
+            buffer_messages=RECORDER_WAITING_MAX,
+            open_file=self.open_file,
+        )
         recorder.open()
         record_inputs(recorder, mission, vehicle, self.mission_path, self.profile_path, self.seed)
         journal = Journal(recorder, clock, name)
