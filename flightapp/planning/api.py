@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol
 
 from flightapp.core.types import (
@@ -17,7 +18,9 @@ from flightapp.core.types import (
 
 __all__ = [
     "Boundary",
+    "Build",
     "Decision",
+    "Given",
     "Limits",
     "Observation",
     "ObstacleSet",
@@ -34,3 +37,12 @@ class Planner(Protocol):
     def step(self, observation: Observation) -> Decision: ...
 
     def reset(self, seed: int | None = None) -> None: ...
+
+
+Given = Mapping[str, object] | None
+
+
+class Build(Protocol):
+    """The function `build` of a strategy's module: `name` is the one in the registry, under which several may share a module."""
+
+    def __call__(self, name: str, limits: Limits, given: Given, seed: int) -> Planner: ...

@@ -34,11 +34,11 @@ class Breaking:
         return Decision(velocity, None, 0.0, "breaking", None)
 
 
-def build(_limits: Limits, _given: object, _seed: int) -> Breaking:
+def build(_name: str, _limits: Limits, _given: object, _seed: int) -> Breaking:
     return Breaking(FAILURE)
 
 
 if __name__ == "__main__":
     FAILURE = sys.argv[1]
-    registry.EVADERS = {**registry.EVADERS, "hover": build}
+    registry.EVADERS = {**registry.EVADERS, "hover": __name__}
     sys.exit(main(sys.argv[2:]))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from flightapp.core.types import Array, Decision, Limits, Observation
 from flightapp.planning.ac2f.apollonius import solve
+from flightapp.planning.api import Given, Planner
 from flightapp.planning.evasion.avoidance import Avoidance
 from flightapp.planning.evasion.boundary_run import BoundaryRun
 from flightapp.planning.evasion.command import decision
 from flightapp.planning.evasion.parameters import AdversarialParameters
 from flightapp.planning.evasion.pursuers import pursuer_rows
+from flightapp.planning.parameters import parsed
 from flightapp.planning.plane import Point, planar
 
 
@@ -43,3 +45,8 @@ class Adversarial:
         places = pursuers[:, :2].tolist()
         ratios = [self._speed_ratio] * len(places)
         return solve(places, own, ratios, self._run.edge.rows, closed=observation.boundary.closed).point
+
+
+def build(name: str, limits: Limits, given: Given, _seed: int) -> Planner:
+    """As the registry asks for it."""
+    return Adversarial(limits=limits, parameters=parsed(AdversarialParameters, name, given))

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 
 from flightapp.core.types import Array, Decision, Limits, Observation
+from flightapp.planning.api import Given, Planner
 from flightapp.planning.evasion.avoidance import Avoidance
 from flightapp.planning.evasion.boundary_run import BoundaryRun
 from flightapp.planning.evasion.command import decision
 from flightapp.planning.evasion.parameters import BoundarySeekingParameters
 from flightapp.planning.evasion.pursuers import pursuer_rows
+from flightapp.planning.parameters import parsed
 from flightapp.planning.plane import Point, planar, towards, unit
 
 
@@ -47,3 +49,8 @@ class BoundarySeeking:
                 north += self._parameters.pursuer_gain * nearness * push[0]
                 east += self._parameters.pursuer_gain * nearness * push[1]
         return unit((north, east))
+
+
+def build(name: str, limits: Limits, given: Given, _seed: int) -> Planner:
+    """As the registry asks for it."""
+    return BoundarySeeking(limits=limits, parameters=parsed(BoundarySeekingParameters, name, given))

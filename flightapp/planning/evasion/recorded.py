@@ -8,11 +8,13 @@ import numpy as np
 
 from flightapp.core.errors import InputError
 from flightapp.core.types import Decision, Limits, Observation
+from flightapp.planning.api import Given, Planner
 from flightapp.planning.evasion.boundary_run import BoundaryRun
 from flightapp.planning.evasion.command import decision
 from flightapp.planning.evasion.parameters import RecordedParameters
 from flightapp.planning.evasion.track import Track
 from flightapp.planning.evasion.track_file import read_track
+from flightapp.planning.parameters import parsed
 from flightapp.planning.plane import Point, planar
 
 
@@ -82,3 +84,8 @@ class Recorded:
     def _in_mission(self, vector: Point, origin: Point) -> Point:
         north, east = vector
         return origin[0] + self._cos * north - self._sin * east, origin[1] + self._sin * north + self._cos * east
+
+
+def build(name: str, limits: Limits, given: Given, _seed: int) -> Planner:
+    """As the registry asks for it."""
+    return Recorded(limits=limits, parameters=parsed(RecordedParameters, name, given))

@@ -7,9 +7,11 @@ import math
 import numpy as np
 
 from flightapp.core.types import Decision, Limits, Observation
+from flightapp.planning.api import Given, Planner
 from flightapp.planning.evasion.boundary_run import BoundaryRun
 from flightapp.planning.evasion.command import decision
 from flightapp.planning.evasion.parameters import StraightParameters
+from flightapp.planning.parameters import parsed
 from flightapp.planning.plane import planar
 
 
@@ -41,3 +43,8 @@ class Straight:
         heading = math.atan2(east, north) + self._error_rad
         velocity = (self._speed_max_m_s * math.cos(heading), self._speed_max_m_s * math.sin(heading))
         return decision(observation, velocity, goal, "straight", self._speed_max_m_s)
+
+
+def build(name: str, limits: Limits, given: Given, seed: int) -> Planner:
+    """As the registry asks for it."""
+    return Straight(limits=limits, parameters=parsed(StraightParameters, name, given), seed=seed)

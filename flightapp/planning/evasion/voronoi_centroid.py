@@ -7,12 +7,14 @@ import math
 import numpy as np
 
 from flightapp.core.types import Array, Decision, Limits, Observation
+from flightapp.planning.api import Given, Planner
 from flightapp.planning.evasion.avoidance import Avoidance
 from flightapp.planning.evasion.boundary_run import BoundaryRun
 from flightapp.planning.evasion.command import decision
 from flightapp.planning.evasion.parameters import VoronoiCentroidParameters
 from flightapp.planning.evasion.pursuers import pursuer_rows
 from flightapp.planning.evasion.voronoi_cell import cell_centroid
+from flightapp.planning.parameters import parsed
 from flightapp.planning.plane import Point, limited, planar
 
 
@@ -60,3 +62,8 @@ class VoronoiCentroid:
         speed = min(self._speed_max_m_s, full * math.hypot(north, east))
         direction = math.atan2(east, north)
         return speed * math.cos(direction), speed * math.sin(direction)
+
+
+def build(name: str, limits: Limits, given: Given, _seed: int) -> Planner:
+    """As the registry asks for it."""
+    return VoronoiCentroid(limits=limits, parameters=parsed(VoronoiCentroidParameters, name, given))

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 
 from flightapp.core.types import Decision, Limits, Observation
+from flightapp.planning.api import Given, Planner
 from flightapp.planning.evasion.command import decision
 from flightapp.planning.evasion.parameters import WaypointsParameters
+from flightapp.planning.parameters import parsed
 from flightapp.planning.plane import planar, towards
 
 
@@ -34,3 +36,8 @@ class Waypoints:
         speed = min(self._speed_max_m_s, math.dist(own, place)) if last else self._speed_max_m_s
         direction = towards(own, place)
         return decision(observation, (speed * direction[0], speed * direction[1]), place, "waypoints", self._speed_max_m_s)
+
+
+def build(name: str, limits: Limits, given: Given, _seed: int) -> Planner:
+    """As the registry asks for it."""
+    return Waypoints(limits=limits, parameters=parsed(WaypointsParameters, name, given))
