@@ -70,7 +70,7 @@ class Vehicle(Strict):
 class Pursuers(Vehicle):
     """The team, all alike."""
 
-    count: int = Field(default=2, ge=1, le=20)
+    count: int = Field(default=2, ge=1, le=100)
 
 
 class Evader(Vehicle):
