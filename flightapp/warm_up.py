@@ -28,6 +28,7 @@ WHOLE = (
     "flightapp.estimation.target_filter",
     "flightapp.safety.supervisor",
     "flightapp.planning.evasion.voronoi_cell",
+    "flightapp.space.world",
 )
 OBJECTS = 100_000
 """New objects between two collections of garbage: at Python's 700 they take a sixth of the time."""
