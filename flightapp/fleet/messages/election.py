@@ -8,7 +8,8 @@ from typing import Annotated
 import msgspec
 
 from flightapp.fleet.election.beacon import Beacon, Role
-from flightapp.fleet.messages.codec import SAFETY, Header, Kind
+from flightapp.fleet.messages.codec import Header, Kind
+from flightapp.fleet.messages.lanes import BEACONS
 from flightapp.fleet.messages.units import Name
 
 
@@ -30,4 +31,4 @@ def _unpack(wire: _Wire, _: Header) -> Beacon:
     return Beacon(wire.stamp_s, wire.term, wire.role, wire.backs)
 
 
-ELECTION = Kind("election", _Wire, _pack, _unpack, SAFETY, age_max_s=1.0)
+ELECTION = Kind("election", _Wire, _pack, _unpack, BEACONS, age_max_s=1.0)

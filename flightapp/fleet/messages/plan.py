@@ -7,7 +7,8 @@ from typing import Annotated
 import msgspec
 
 from flightapp.fleet.coordination.plan import Plan, Seat
-from flightapp.fleet.messages.codec import SAFETY, Header, Kind
+from flightapp.fleet.messages.codec import Header, Kind
+from flightapp.fleet.messages.lanes import PLANS
 from flightapp.fleet.messages.units import (
     Centimetres,
     Milliradians,
@@ -72,4 +73,4 @@ def _seat(one: _SeatWire, header: Header) -> Seat:
     )
 
 
-PLAN = Kind("plan", _Wire, _pack, _unpack, SAFETY, age_max_s=1.0)
+PLAN = Kind("plan", _Wire, _pack, _unpack, PLANS, age_max_s=1.0)

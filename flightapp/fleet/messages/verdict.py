@@ -7,7 +7,8 @@ from typing import Annotated
 import msgspec
 
 from flightapp.fleet.coordination.agreement import Verdict
-from flightapp.fleet.messages.codec import SAFETY, Header, Kind
+from flightapp.fleet.messages.codec import Header, Kind
+from flightapp.fleet.messages.lanes import VERDICTS
 from flightapp.fleet.messages.plan import SEATS_MAX
 from flightapp.fleet.messages.units import Name
 
@@ -24,4 +25,4 @@ def _unpack(wire: _Wire, _: Header) -> Verdict:
     return Verdict(frozenset(wire.by))
 
 
-VERDICT = Kind("verdict", _Wire, _pack, _unpack, SAFETY, age_max_s=0.5)
+VERDICT = Kind("verdict", _Wire, _pack, _unpack, VERDICTS, age_max_s=0.5)

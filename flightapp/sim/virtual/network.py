@@ -3,6 +3,9 @@
 It carries bytes, not objects, so that everything is encoded and decoded as in flight. Latency is constant unless a `shaper` makes
 the links worse; a vehicle can be cut off, and what it sent or should have received meanwhile is gone, as over UDP. An operator's
 links are never shaped.
+
+As Zenoh does: what is published at the same moment with the same priority shares a packet, and a packet that a later one of its
+priority has overtaken is dropped.
 """
 
 from __future__ import annotations
@@ -99,6 +102,19 @@ class _TokenNews:
     kind: zenoh.SampleKind
 
 
+@dataclass(slots=True)
+class _Lane:
+    """Packets of one priority from one vehicle to another, numbered."""
+
+    sender: str
+    sent_s: float | None = None
+    delay_s: float | None = None
+    """Of the packet sent last; None: it is lost."""
+    number: int = 0
+    newest: int = 0
+    """Of those that have arrived."""
+
+
 class _Tokens:
     """The liveliness tokens as one vehicle sees them: those of vehicles that are cut off go after a lease."""
 
@@ -137,6 +153,7 @@ class VirtualNetwork:
         self._latency_s = latency_s
         self._subscribers: dict[str, list[_Endpoint]] = {}
         self._queryables: dict[str, _Endpoint] = {}
+        self._lanes: dict[tuple[str, str, zenoh.Priority], _Lane] = {}
         self.cut_off: set[str] = set()
         """Vehicles that neither send nor receive."""
         self.shaper: LinkShaper | None = None
@@ -153,9 +170,9 @@ class VirtualNetwork:
         self.deliver(self._queryables.get(key), query, "")
         return lambda: [decode_acknowledgement(answer) for answer in query.answers]
 
-    def publish(self, sender: str, key: str, content: bytes) -> None:
+    def publish(self, sender: str, key: str, content: bytes, priority: zenoh.Priority) -> None:
         for endpoint in self._subscribers.get(key, ()):
-            self.deliver(endpoint, _Sample(_Payload(content)), sender)
+            self._pass(endpoint, _Sample(_Payload(content)), self._lane(sender, endpoint.owner, priority))
 
     def subscribe(self, key: str, endpoint: _Endpoint) -> None:
         self._subscribers.setdefault(key, []).append(endpoint)
@@ -205,17 +222,36 @@ class VirtualNetwork:
         if delay_s is not None:
             self._call_later(delay_s, arrive)
 
+    def _lane(self, sender: str, receiver: str, priority: zenoh.Priority) -> _Lane:
+        return self._lanes.setdefault((sender, receiver, priority), _Lane(sender))
+
+    def _pass(self, endpoint: _Endpoint, item: object, lane: _Lane) -> None:
+        """In the packet of this moment."""
+        now_s = self._time()
+        if lane.sent_s != now_s:
+            lane.sent_s, lane.number, lane.delay_s = now_s, lane.number + 1, self._delay_s(lane.sender, endpoint.owner)
+        if lane.delay_s is None or lane.sender in self.cut_off:
+            return
+        number = lane.number
+
+        def arrive() -> None:
+            if number >= lane.newest and endpoint.owner not in self.cut_off:
+                lane.newest = number
+                endpoint.handler.waiting.append(item)
+
+        self._call_later(lane.delay_s, arrive)
+
     def _delay_s(self, sender: str, receiver: str) -> float | None:
         """Of one packet; None: lost. An operator has no name here."""
         return self._latency_s if self.shaper is None or not sender else self.shaper.delay_s(sender, receiver)
 
 
 class _Publisher:
-    def __init__(self, network: VirtualNetwork, owner: str, key: str) -> None:
-        self._network, self._owner, self._key = network, owner, key
+    def __init__(self, network: VirtualNetwork, owner: str, key: str, priority: zenoh.Priority) -> None:
+        self._network, self._owner, self._key, self._priority = network, owner, key, priority
 
     def put(self, content: bytes) -> None:
-        self._network.publish(self._owner, self._key, content)
+        self._network.publish(self._owner, self._key, content, self._priority)
 
 
 class _Session:
@@ -224,8 +260,8 @@ class _Session:
     def __init__(self, network: VirtualNetwork, owner: str) -> None:
         self._network, self._owner = network, owner
 
-    def declare_publisher(self, key: str, **_: object) -> _Publisher:
-        return _Publisher(self._network, self._owner, key)
+    def declare_publisher(self, key: str, *, priority: zenoh.Priority, **_: object) -> _Publisher:
+        return _Publisher(self._network, self._owner, key, priority)
 
     def declare_subscriber(self, key: str, _handler: object) -> _Endpoint:
         endpoint = _Endpoint(self._owner, _Mailbox(deque(maxlen=WAITING_MAX)))
