@@ -15,12 +15,12 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from perception.extraction.bearing_bins import BEARING_MAX_RAD, SECTORS, TANGENT_BINS, TANGENT_MAX, TANGENT_STEP
 from perception.geometry import CameraPose
+from perception.kernel_cache import njit
 from perception.sighting import View
 
 _VIEWS = 8
@@ -83,7 +83,7 @@ class FreeSpaceMemory:
         return self._free
 
 
-@numba.njit("b1(f8,f8,f8[::1],b1[::1],f8[::1])", cache=True, nogil=True, error_model="numpy")
+@njit("b1(f8,f8,f8[::1],b1[::1],f8[::1])", cache=True, nogil=True, error_model="numpy")
 def _was_free(north, east, camera, seen, nearest):  # type: ignore[no-untyped-def]
     """Whether one view showed a place to be free. camera: north, east, heading, depth per metre forward, reliable range."""
     cos, sin = math.cos(camera[2]), math.sin(camera[2])
@@ -99,9 +99,7 @@ def _was_free(north, east, camera, seen, nearest):  # type: ignore[no-untyped-de
     return min(nearest[b - 1], nearest[b], nearest[b + 1]) >= ahead + _BEFORE_SURFACE_M
 
 
-@numba.njit(
-    "void(b1[::1],f8,f8,f8,f8,i8[::1],f8[:,::1],b1[:,::1],f8[:,::1],b1[::1])", cache=True, nogil=True, error_model="numpy"
-)
+@njit("void(b1[::1],f8,f8,f8,f8,i8[::1],f8[:,::1],b1[:,::1],f8[:,::1],b1[::1])", cache=True, nogil=True, error_model="numpy")
 def _find_free(  # type: ignore[no-untyped-def]
     silent, north, east, heading, reach, recent, cameras, seen, nearest, free
 ):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from perception.geometry import CameraPose
+from perception.kernel_cache import njit
 from perception.parameters import PerceptionParameters
 from perception.types import Intrinsics
 
@@ -37,7 +37,7 @@ def in_view(
     return seen[:-1] & seen[1:]
 
 
-@numba.njit("void(f8[::1],f8[:,::1],f8[::1],f8,f8,f8,f8,b1[::1])", cache=True, nogil=True, error_model="numpy")
+@njit("void(f8[::1],f8[:,::1],f8[::1],f8,f8,f8,f8,b1[::1])", cache=True, nogil=True, error_model="numpy")
 def _borders_in_view(bearings, level, lens, middle, distance, band, fraction_min, seen):  # type: ignore[no-untyped-def]
     """lens: fx, fy, cx, cy, largest column and row. middle: vehicle's altitude, metres below the camera."""
     for i in range(bearings.shape[0]):

@@ -15,6 +15,8 @@ import math
 import numba
 import numpy as np
 
+from perception.kernel_cache import njit
+
 STATES = 7
 TURN_RATE = 6
 STEP_S = 0.1
@@ -29,7 +31,7 @@ _F8 = numba.types.float64
 _F8_1, _F8_2, _F8_3 = _F8[::1], _F8[:, ::1], _F8[:, :, ::1]
 
 
-@numba.njit(numba.void(_F8_2, _F8, _F8), cache=True, nogil=True, error_model="numpy")
+@njit(numba.void(_F8_2, _F8, _F8), cache=True, nogil=True, error_model="numpy")
 def _add_acceleration(covariance, dt, density):  # type: ignore[no-untyped-def]
     """White acceleration of power density `density` on each axis over `dt`."""
     for axis in range(3):
@@ -39,7 +41,7 @@ def _add_acceleration(covariance, dt, density):  # type: ignore[no-untyped-def]
         covariance[3 + axis, 3 + axis] += density * dt
 
 
-@numba.njit(numba.void(_F8_2, _F8_2, _F8_2), cache=True, nogil=True, error_model="numpy")
+@njit(numba.void(_F8_2, _F8_2, _F8_2), cache=True, nogil=True, error_model="numpy")
 def _carry(covariance, motion, scratch):  # type: ignore[no-untyped-def]
     """covariance <- motion covariance motion', kept symmetric."""
     for i in range(STATES):
@@ -56,7 +58,7 @@ def _carry(covariance, motion, scratch):  # type: ignore[no-untyped-def]
             covariance[i, j] = covariance[j, i] = total
 
 
-@numba.njit(numba.void(_F8_1, _F8_2, _F8, _F8_1, _F8_1, _F8_2), cache=True, nogil=True, error_model="numpy")
+@njit(numba.void(_F8_1, _F8_2, _F8, _F8_1, _F8_1, _F8_2), cache=True, nogil=True, error_model="numpy")
 def _move(mean, covariance, dt, model, turning, scratch):  # type: ignore[no-untyped-def]
     """One model over one step. model: see `models`; turning: see `advance`."""
     motion = np.zeros((STATES, STATES))
@@ -104,7 +106,7 @@ def _move(mean, covariance, dt, model, turning, scratch):  # type: ignore[no-unt
     _add_acceleration(covariance, dt, model[1])
 
 
-@numba.njit(numba.void(_F8_2, _F8_3, _F8_1, _F8, _F8_2, _F8_2, _F8_3, _F8_1), cache=True, nogil=True, error_model="numpy")
+@njit(numba.void(_F8_2, _F8_3, _F8_1, _F8, _F8_2, _F8_2, _F8_3, _F8_1), cache=True, nogil=True, error_model="numpy")
 def _mix(means, covariances, weights, stay, models, old_means, old_covariances, old_weights):  # type: ignore[no-untyped-def]
     """What each model starts its step from: a mixture of all, by who may have become it. `stay`: probability of no change."""
     number = means.shape[0]
@@ -127,7 +129,7 @@ def _mix(means, covariances, weights, stay, models, old_means, old_covariances, 
                 covariances[j, a, b] = covariances[j, b, a] = total
 
 
-@numba.njit(numba.void(_F8_2, _F8_3, _F8_1, _F8, _F8_2, _F8_1), cache=True, nogil=True, error_model="numpy")
+@njit(numba.void(_F8_2, _F8_3, _F8_1, _F8, _F8_2, _F8_1), cache=True, nogil=True, error_model="numpy")
 def advance(means, covariances, weights, dt, models, turning):  # type: ignore[no-untyped-def]
     """Carry (m, 7), (m, 7, 7), (m,) on by `dt` in place.
 
@@ -149,7 +151,7 @@ def advance(means, covariances, weights, dt, models, turning):  # type: ignore[n
             _move(means[j], covariances[j], step_s, models[j], turning, scratch)
 
 
-@numba.njit(numba.void(_F8_2, _F8_3, _F8_1, _F8_1, _F8_2), cache=True, nogil=True, error_model="numpy")
+@njit(numba.void(_F8_2, _F8_3, _F8_1, _F8_1, _F8_2), cache=True, nogil=True, error_model="numpy")
 def merge(means, covariances, weights, mean, covariance):  # type: ignore[no-untyped-def]
     """The mixture's mean (7,) and covariance (7, 7)."""
     number = means.shape[0]
@@ -166,7 +168,7 @@ def merge(means, covariances, weights, mean, covariance):  # type: ignore[no-unt
             covariance[a, b] = covariance[b, a] = total
 
 
-@numba.njit("UniTuple(f8,2)(f8[::1],f8[:,::1],f8[:,::1],f8[::1])", cache=True, nogil=True, error_model="numpy")
+@njit("UniTuple(f8,2)(f8[::1],f8[:,::1],f8[:,::1],f8[::1])", cache=True, nogil=True, error_model="numpy")
 def _correct_one(mean, covariance, rows, gain):  # type: ignore[no-untyped-def]
     """Kalman's correction with one scalar after the other; returns squared Mahalanobis distance and log likelihood."""
     distance, likelihood = 0.0, 0.0
@@ -191,7 +193,7 @@ def _correct_one(mean, covariance, rows, gain):  # type: ignore[no-untyped-def]
     return distance, likelihood
 
 
-@numba.njit("UniTuple(f8,2)(f8[:,::1],f8[:,:,::1],f8[::1],f8[:,::1])", cache=True, nogil=True, error_model="numpy")
+@njit("UniTuple(f8,2)(f8[:,::1],f8[:,:,::1],f8[::1],f8[:,::1])", cache=True, nogil=True, error_model="numpy")
 def correct(means, covariances, weights, rows):  # type: ignore[no-untyped-def]
     """Take in a measurement (k, 8) (see measurement.Row) in place.
 

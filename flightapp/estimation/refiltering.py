@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from flightapp.core.types import Array
 from flightapp.estimation.measurement import ROW_LENGTH, ROWS_MAX
 from flightapp.estimation.multiple_models import STATES, TURN_RATE, advance, correct, merge
+from perception.kernel_cache import njit
 
 GATES_TOLD = np.array([0.0, 10.83, 13.82, 16.27, 18.47, 20.52, 22.46])
 """99.9 % of the squared Mahalanobis distance, by degrees of freedom: what the evader says is rarely doubted."""
@@ -83,7 +84,7 @@ def make_ring(slots: int, models: int) -> Ring:
     )
 
 
-@numba.njit(
+@njit(
     numba.void(_F8_2, _F8_2, _F8_3, _F8_1, _F8_2, _F8_1, _F8),
     cache=True,
     nogil=True,
@@ -103,7 +104,7 @@ def _start(rows, means, covariances, weights, models, turning, unknown_speed_sig
         covariances[j, TURN_RATE, TURN_RATE] = turning[1] ** 2
 
 
-@numba.njit("UniTuple(f8,2)(f8[:,::1],f8[:,:,::1],f8[::1],f8[:,::1])", cache=True, nogil=True, error_model="numpy")
+@njit("UniTuple(f8,2)(f8[:,::1],f8[:,:,::1],f8[::1],f8[:,::1])", cache=True, nogil=True, error_model="numpy")
 def _misfit(means, covariances, weights, rows):  # type: ignore[no-untyped-def]
     """Distance of the measured from the predicted position, and the prediction's largest deviation in the plane."""
     mean, covariance = np.empty(STATES), np.empty((STATES, STATES))
@@ -119,7 +120,7 @@ def _misfit(means, covariances, weights, rows):  # type: ignore[no-untyped-def]
     return math.sqrt(squared), math.sqrt(middle + math.sqrt(half * half + covariance[0, 1] ** 2))
 
 
-@numba.njit(
+@njit(
     numba.void(
         _I8, _I8, _F8_1, _F8_1, _F8_3, _I8_1, _I8_1, _F8_3, _F8_4, _F8_2, _I8_1, _F8_2,
         _F8_2, _F8_1, _F8_1, _F8_1, _F8, _I8, _F8, _F8,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from flightapp.config.mission import Obstacles
 from flightapp.core.clearance import NO_OBSTACLE_M, gap_m
 from flightapp.core.types import Array
+from perception.kernel_cache import njit
 
 _SAMPLE_STEP_M = 0.02
 _BOX_CELL_M = 0.75
@@ -99,13 +99,13 @@ def _cover_rectangle(length: float, width: float) -> list[tuple[float, float, fl
     return circles
 
 
-@numba.njit("f8(f8,f8)", cache=True, nogil=True)
+@njit("f8(f8,f8)", cache=True, nogil=True)
 def _with_height(planar, above_top):  # type: ignore[no-untyped-def]
     """Distance to an upright body from the planar distance to its outline and the height above its top."""
     return planar if above_top <= 0.0 else math.hypot(max(planar, 0.0), above_top)
 
 
-@numba.njit("f8(f8,f8,f8,f8,f8[:,::1],f8[:,::1])", cache=True, nogil=True)
+@njit("f8(f8,f8,f8,f8,f8[:,::1],f8[:,::1])", cache=True, nogil=True)
 def _signed_distance(north, east, down, ground, cylinders, boxes):  # type: ignore[no-untyped-def]
     nearest = NO_OBSTACLE_M
     for i in range(cylinders.shape[0]):
@@ -121,7 +121,7 @@ def _signed_distance(north, east, down, ground, cylinders, boxes):  # type: igno
     return nearest
 
 
-@numba.njit("f8(f8[::1],f8[::1],f8,f8[:,::1],f8[:,::1])", cache=True, nogil=True)
+@njit("f8(f8[::1],f8[::1],f8,f8[:,::1],f8[:,::1])", cache=True, nogil=True)
 def _segment_distance(start, end, ground, cylinders, boxes):  # type: ignore[no-untyped-def]
     length = math.sqrt((end[0] - start[0]) ** 2 + (end[1] - start[1]) ** 2 + (end[2] - start[2]) ** 2)
     steps = math.ceil(length / _SAMPLE_STEP_M)

@@ -21,7 +21,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,6 +28,7 @@ from perception.extraction.bearing_bins import SECTORS, TANGENT_BINS, TANGENT_MA
 from perception.extraction.ground_strip import GroundStripSurvey
 from perception.extraction.height_band import HeightBand
 from perception.geometry import CameraPose
+from perception.kernel_cache import njit
 from perception.parameters import PerceptionParameters
 from perception.types import DepthFrame, Intrinsics
 
@@ -190,7 +190,7 @@ def _percent(part: int, whole: int) -> str:
     return f"{100 * part // max(whole, 1)} %"
 
 
-@numba.njit(
+@njit(
     "UniTuple(i8,6)(u2[:,::1],f8,i8,f8[::1],f8[::1],f8[:,::1],f8[::1],f8,f8,i4[:,::1],i4[:,:,::1],i4[:,:,::1],f8[::1],i4[:,::1],f8[:,::1])",
     cache=True,
     nogil=True,
@@ -293,12 +293,12 @@ def _survey(  # type: ignore[no-untyped-def]
     return y.shape[0] * x.shape[0], total_returned, saturated, total_near, total_due, contradictions
 
 
-@numba.njit("b1(i4[:,:,::1],i8,i8)", cache=True, nogil=True, error_model="numpy")
+@njit("b1(i4[:,:,::1],i8,i8)", cache=True, nogil=True, error_model="numpy")
 def _is_empty(tiles, row, column):  # type: ignore[no-untyped-def]
     return tiles[1, row, column] <= _HOLE_RETURNS_MAX * tiles[0, row, column]
 
 
-@numba.njit("void(i4[:,:,::1],i4[:,::1],f8[::1],f8[::1],f8[:,::1],f8,f8,b1[::1])", cache=True, nogil=True, error_model="numpy")
+@njit("void(i4[:,:,::1],i4[:,::1],f8[::1],f8[::1],f8[:,::1],f8,f8,b1[::1])", cache=True, nogil=True, error_model="numpy")
 def _hide_holes(tiles, work, tile_x, tile_y, level, top, bottom, is_blind):  # type: ignore[no-untyped-def]
     """Mark the bearing bins in which a hole reaches into the height band. work: region's tiles, and which tiles are done."""
     rows, columns = tiles.shape[1], tiles.shape[2]
@@ -347,7 +347,7 @@ def _hide_holes(tiles, work, tile_x, tile_y, level, top, bottom, is_blind):  # t
                 is_blind[b] = True
 
 
-@numba.njit(
+@njit(
     "void(i4[:,::1],i4[:,:,::1],i4[:,:,::1],i4[:,::1],f8[::1],f8[::1],f8[:,::1],f8,f8,f8,f8,b1[::1],b1[::1],"
     "i4[:,::1],b1[:,::1],b1[:,::1],f8[::1])",
     cache=True,

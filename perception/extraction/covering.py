@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from perception.extraction.bearing_bins import TANGENT_MAX, TANGENT_STEP
 from perception.extraction.surfaces import SurfacePoints
 from perception.geometry import CameraPose
+from perception.kernel_cache import njit
 from perception.parameters import PerceptionParameters
 
 _ROUND_ANGLE_MAX_RAD = math.radians(75)
@@ -94,7 +94,7 @@ class Coverer:
         return Covering(discs[:, :3], discs[:, 3], discs[:, 4], self._is_whole[nearest])
 
 
-@numba.njit("b1(f8,f8,b1[::1])", cache=True, nogil=True, error_model="numpy")
+@njit("b1(f8,f8,b1[::1])", cache=True, nogil=True, error_model="numpy")
 def _all_seen(low, high, seen):  # type: ignore[no-untyped-def]
     """Whether all half-degree sectors from one bearing to another were seen."""
     per_rad = seen.shape[0] / math.pi
@@ -104,7 +104,7 @@ def _all_seen(low, high, seen):  # type: ignore[no-untyped-def]
     return np.all(seen[first : last + 1])
 
 
-@numba.njit("b1(f8[::1],f8[::1],f8[::1],i4[::1],f8[::1],f8[::1])", cache=True, nogil=True, error_model="numpy")
+@njit("b1(f8[::1],f8[::1],f8[::1],i4[::1],f8[::1],f8[::1])", cache=True, nogil=True, error_model="numpy")
 def _round(forward, right, half_depth, bins, numbers, disc):  # type: ignore[no-untyped-def]
     """Fill `disc` with the circle of the points' silhouette and distance, if they lie on it."""
     radius_min, radius_max, round_max, bulge, noise_1_m = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]
@@ -143,7 +143,7 @@ def _round(forward, right, half_depth, bins, numbers, disc):  # type: ignore[no-
     return True
 
 
-@numba.njit("b1(f8[::1],i8,i8,f8,f8[::1],b1[::1],b1[::1],f8)", cache=True, nogil=True, error_model="numpy")
+@njit("b1(f8[::1],i8,i8,f8,f8[::1],b1[::1],b1[::1],f8)", cache=True, nogil=True, error_model="numpy")
 def _is_isolated(disc, first, last, bulge, nearest, is_excluded, seen, reliable):  # type: ignore[no-untyped-def]
     """Whether a round disc over bins [first, last] is cut off by nothing: edge of view, range, something nearer or left out."""
     distance = math.hypot(disc[0], disc[1])
@@ -157,7 +157,7 @@ def _is_isolated(disc, first, last, bulge, nearest, is_excluded, seen, reliable)
     return True
 
 
-@numba.njit("i8(f8[::1],f8[::1],f8[::1],f8[::1],f8[:,::1],i4[::1],f8[:,::1])", cache=True, nogil=True, error_model="numpy")
+@njit("i8(f8[::1],f8[::1],f8[::1],f8[::1],f8[:,::1],i4[::1],f8[:,::1])", cache=True, nogil=True, error_model="numpy")
 def _row(forward, right, half_depth, numbers, pieces, piece_of, discs):  # type: ignore[no-untyped-def]
     """Fill `discs` with small ones along the points; returns how many.
 
@@ -211,7 +211,7 @@ def _row(forward, right, half_depth, numbers, pieces, piece_of, discs):  # type:
     return count
 
 
-@numba.njit(
+@njit(
     "i8(f8[::1],f8[::1],f8[::1],i4[::1],i4[::1],f8[::1],f8[::1],b1[::1],b1[::1],f8,f8[::1],f8[:,::1],b1[::1],f8[:,::1],i4[::1])",
     cache=True,
     nogil=True,

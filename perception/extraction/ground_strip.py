@@ -13,12 +13,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from perception.extraction.bearing_bins import TANGENT_BINS, TANGENT_MAX, TANGENT_STEP
 from perception.geometry import CameraPose
+from perception.kernel_cache import njit
 from perception.types import DepthFrame, Intrinsics
 
 _BORDERS_M = np.array([30.0, 24.0, 19.0, 15.0, 12.0, 9.5, 7.5, 6.0])
@@ -85,7 +85,7 @@ class GroundStripSurvey:
         return GroundStrip(self._flags[0], self._flags[1])
 
 
-@numba.njit(
+@njit(
     "void(u2[:,::1],f8,f8,f8[::1],f8[::1],f8[:,::1],f8,f8,f8,i4[:,::1])",
     cache=True,
     nogil=True,
@@ -122,7 +122,7 @@ def _count_strip(depth, unit, range_min, x, lens, level, height, far_m, near_m, 
         counts[2, b] += fitting
 
 
-@numba.njit(
+@njit(
     "void(u2[:,::1],f8,f8,f8[::1],f8[::1],f8[:,::1],f8,f8[::1],i4[:,::1],i4[:,::1],b1[:,::1])",
     cache=True,
     nogil=True,

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +16,7 @@ from perception.extraction.bearing_bins import TANGENT_BINS, TANGENT_MAX, TANGEN
 from perception.extraction.height_band import HeightBand
 from perception.extraction.polar_grid import TABLE_STEP_M, DistanceCells
 from perception.geometry import CameraPose
+from perception.kernel_cache import njit
 from perception.parameters import PerceptionParameters
 from perception.types import DepthFrame, Intrinsics
 
@@ -90,7 +90,7 @@ class PixelCounter:
         self._intrinsics = k
 
 
-@numba.njit(
+@njit(
     "void(u2[:,::1],f8,i8,i8,f4[::1],f4[::1],f4[:,::1],f4[::1],f8,f8,f8,i4[::1],i8,i4[::1],b1[::1],f4[::1],i4[::1],i8[::1],b1[::1])",
     cache=True,
     nogil=True,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +12,7 @@ from perception.extraction.bearing_bins import TANGENT_BINS, TANGENT_MAX, TANGEN
 from perception.extraction.pixels import COUNT_SHIFT, MM_PER_M, SUM_MASK
 from perception.extraction.polar_grid import DistanceCells
 from perception.geometry import CameraPose
+from perception.kernel_cache import njit
 from perception.parameters import PerceptionParameters
 from perception.types import Intrinsics
 
@@ -150,7 +150,7 @@ def _in_level_frame(exclude: NDArray[np.float64], camera: CameraPose) -> NDArray
     return np.column_stack([north * cos + east * sin, east * cos - north * sin, exclude[:, 2]])
 
 
-@numba.njit("i4(i4[::1],i4)", cache=True, nogil=True, error_model="numpy")
+@njit("i4(i4[::1],i4)", cache=True, nogil=True, error_model="numpy")
 def _root(parent, i):  # type: ignore[no-untyped-def]
     while parent[i] != i:
         parent[i] = parent[parent[i]]
@@ -158,7 +158,7 @@ def _root(parent, i):  # type: ignore[no-untyped-def]
     return i
 
 
-@numba.njit("b1(f8,f8,f8,f8[:,::1])", cache=True, nogil=True, error_model="numpy")
+@njit("b1(f8,f8,f8,f8[:,::1])", cache=True, nogil=True, error_model="numpy")
 def _is_inside(forward, right, noise, circles):  # type: ignore[no-untyped-def]
     """Whether a point lies inside a circle (forward, right, radius) stretched along the line of sight by the depth noise."""
     for k in range(circles.shape[0]):
@@ -172,7 +172,7 @@ def _is_inside(forward, right, noise, circles):  # type: ignore[no-untyped-def]
     return False
 
 
-@numba.njit(
+@njit(
     "UniTuple(i8,2)(i4[::1],b1[::1],f4[::1],f8,f8,f8,f8,i8,i4[::1],f8[::1],i4[::1],i4[::1],i4[::1],f8[:,::1],f8[:,::1],"
     "i4[::1],i4[::1],f8[::1],f8[::1])",
     cache=True,
@@ -281,7 +281,7 @@ def _collect(  # type: ignore[no-untyped-def]
     return starts[surfaces], surfaces
 
 
-@numba.njit(
+@njit(
     "UniTuple(i8,2)(i8[::1],b1[::1],f4[::1],f8[:,::1],i8,f8,f8,f8,f8,i8,f8,f8,f8,f8[:,::1],"
     "i4[::1],f8[::1],i4[::1],i4[:,::1],f8[:,::1],f8[:,::1],i4[::1],i4[::1],f8[::1],f8[::1],b1[::1])",
     cache=True,

@@ -6,12 +6,12 @@ many discs only the nearest go out. Whoever flies by discs and unseen sectors mu
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from perception.extraction.bearing_bins import TANGENT_BINS, TANGENT_MAX, TANGENT_STEP, bins_of_sectors
 from perception.extraction.surfaces import SurfacePoints
+from perception.kernel_cache import njit
 
 _BEHIND_M = 0.3
 _BEHIND_SIGMAS = 3.0
@@ -41,7 +41,7 @@ class UncoveredSurfaces:
         return self._sectors
 
 
-@numba.njit("void(f8[::1],i4[::1],f8[:,::1],f8,f8[::1],i4[:,::1],b1[::1])", cache=True, nogil=True, error_model="numpy")
+@njit("void(f8[::1],i4[::1],f8[:,::1],f8,f8[::1],i4[:,::1],b1[::1])", cache=True, nogil=True, error_model="numpy")
 def _find_uncovered(forward, bins, discs, noise, surface, bins_of, sectors):  # type: ignore[no-untyped-def]
     surface[:] = np.inf
     for i in range(forward.shape[0]):

@@ -9,12 +9,12 @@ behind it, hides its bearing.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from perception.extraction.bearing_bins import SECTORS, TANGENT_BINS, bins_of_sectors
 from perception.extraction.blindness import REACH_STEP_M, Evidence
+from perception.kernel_cache import njit
 
 _STANDING_MIN = 6
 """A wrong match of stereo is up to six pixels wide and high: up to four samples, one in four rows and columns."""
@@ -54,7 +54,7 @@ class UnexplainedReturns:
         return self._sectors
 
 
-@numba.njit(
+@njit(
     "void(i4[:,::1],f8,f8,f8,f8[::1],f8[::1],i4[::1],f8[::1],i4[:,::1],b1[::1],b1[::1])",
     cache=True,
     nogil=True,

@@ -21,9 +21,10 @@ import math
 from functools import lru_cache
 from statistics import NormalDist
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from perception.kernel_cache import njit
 
 DEPTH_UNIT_M = 0.001
 NOISE_1_M = 0.004
@@ -92,7 +93,7 @@ def _smooth(image: NDArray[np.float32]) -> NDArray[np.float32]:
     return image
 
 
-@numba.njit("void(f4[:,::1],f4[:,::1],i1[:,::1],i8,i8,i2[::1],i8,i8)", cache=True, nogil=True, error_model="numpy")
+@njit("void(f4[:,::1],f4[:,::1],i1[:,::1],i8,i8,i2[::1],i8,i8)", cache=True, nogil=True, error_model="numpy")
 def _match_along(exact, matched, noise, row, column, kept, down, right):  # type: ignore[no-untyped-def]
     """Lose thin things and let near edges grow along one direction, (down, right) = (0, 1) or (1, 0); see the module's text."""
     height, width = exact.shape
@@ -134,7 +135,7 @@ def _match_along(exact, matched, noise, row, column, kept, down, right):  # type
                 matched[at_v, at_u] = max(matched[at_v, at_u], value)
 
 
-@numba.njit("void(f4[:,::1],f4[:,::1],i1[:,::1],i8,i8,i2[::1])", cache=True, nogil=True, error_model="numpy")
+@njit("void(f4[:,::1],f4[:,::1],i1[:,::1],i8,i8,i2[::1])", cache=True, nogil=True, error_model="numpy")
 def match(exact, matched, noise, row, column, kept):  # type: ignore[no-untyped-def]
     """Disparities in px as a matching window of `kept.shape[0]` pixels finds them, into `matched`."""
     matched[:] = exact
@@ -142,9 +143,7 @@ def match(exact, matched, noise, row, column, kept):  # type: ignore[no-untyped-
     _match_along(exact, matched, noise, row, column, kept, 1, 0)
 
 
-@numba.njit(
-    "void(f4[:,::1],u2[:,::1],i1[:,::1],u1[:,::1],i8,i8,f4,f4,i2[::1],u2[::1])", cache=True, nogil=True, error_model="numpy"
-)
+@njit("void(f4[:,::1],u2[:,::1],i1[:,::1],u1[:,::1],i8,i8,f4,f4,i2[::1],u2[::1])", cache=True, nogil=True, error_model="numpy")
 def measure(disparity, out, noise, rank, row, column, sigma_px, sky_px, empty_below, mm_of_steps):  # type: ignore[no-untyped-def]
     """Disparity in px -> what a stereo camera reports in mm: noise, holes, shadows, range.
 
@@ -173,7 +172,7 @@ def measure(disparity, out, noise, rank, row, column, sigma_px, sky_px, empty_be
             out[v, u] = mm_of_steps[max(min(found, last), np.int32(0))]
 
 
-@numba.njit("void(f4[:,::1],u2[:,::1],f8,f8)", cache=True, nogil=True, error_model="numpy")
+@njit("void(f4[:,::1],u2[:,::1],f8,f8)", cache=True, nogil=True, error_model="numpy")
 def quantise(z, out, range_min, range_max):  # type: ignore[no-untyped-def]
     """z-depth in m -> mm, 0 out of range."""
     for v in range(z.shape[0]):

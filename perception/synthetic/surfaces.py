@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
+
+from perception.kernel_cache import njit
 
 NEAR_M = 0.02
 """Nothing nearer to the camera's plane is drawn."""
 _SCALARS = "f8,f8,f8,f8"
 
 
-@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8)", cache=True, nogil=True, error_model="numpy")
+@njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8)", cache=True, nogil=True, error_model="numpy")
 def draw_ground(z, rotation, position, fx, fy, cx, cy, ground):  # type: ignore[no-untyped-def]
     """Fill the image with the ground plane; 1e9 where the ray does not meet it."""
     height = ground - position[2]
@@ -24,7 +25,7 @@ def draw_ground(z, rotation, position, fx, fy, cx, cy, ground):  # type: ignore[
             z[v, u] = height / down if down > 1e-9 and height > 0 else 1e9
 
 
-@numba.njit("UniTuple(i8,4)(f8[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",i8,i8,f8)", cache=True, nogil=True)
+@njit("UniTuple(i8,4)(f8[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",i8,i8,f8)", cache=True, nogil=True)
 def _window(corners, rotation, position, fx, fy, cx, cy, width, height, range_max):  # type: ignore[no-untyped-def]
     """Pixels [u0, u1), [v0, v1) that can show a box with `corners` (8, 3), bit k of the index = far end of axis k."""
     x, y, depth = np.empty(8), np.empty(8), np.empty(8)
@@ -57,7 +58,7 @@ def _window(corners, rotation, position, fx, fy, cx, cy, width, height, range_ma
     return left, right, upper, lower
 
 
-@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8,f8[:,::1],f8)", cache=True, nogil=True, error_model="numpy")
+@njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8,f8[:,::1],f8)", cache=True, nogil=True, error_model="numpy")
 def draw_cylinders(z, rotation, position, fx, fy, cx, cy, ground, cylinders, range_max):  # type: ignore[no-untyped-def]
     """Vertical cylinders (n, 4) north, east, radius, height standing on the ground: sides and tops."""
     corners = np.empty((8, 3))
@@ -97,7 +98,7 @@ def draw_cylinders(z, rotation, position, fx, fy, cx, cy, ground, cylinders, ran
                         z[v, u] = s
 
 
-@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8,f8[:,::1],f8)", cache=True, nogil=True, error_model="numpy")
+@njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8,f8[:,::1],f8)", cache=True, nogil=True, error_model="numpy")
 def draw_boxes(z, rotation, position, fx, fy, cx, cy, ground, boxes, range_max):  # type: ignore[no-untyped-def]
     """Boxes (n, 6) north, east, length, width, height, heading_rad standing on the ground."""
     corners = np.empty((8, 3))
@@ -139,7 +140,7 @@ def draw_boxes(z, rotation, position, fx, fy, cx, cy, ground, boxes, range_max):
                     z[v, u] = enter
 
 
-@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8[:,::1],f8)", cache=True, nogil=True, error_model="numpy")
+@njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8[:,::1],f8)", cache=True, nogil=True, error_model="numpy")
 def draw_spheres(z, rotation, position, fx, fy, cx, cy, spheres, range_max):  # type: ignore[no-untyped-def]
     """Spheres (n, 4) north, east, down, radius."""
     corners = np.empty((8, 3))
@@ -167,7 +168,7 @@ def draw_spheres(z, rotation, position, fx, fy, cx, cy, spheres, range_max):  # 
                         z[v, u] = s
 
 
-@numba.njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8[:,::1],f8)", cache=True, nogil=True, error_model="numpy")
+@njit("void(f4[:,::1],f8[:,::1],f8[::1]," + _SCALARS + ",f8[:,::1],f8)", cache=True, nogil=True, error_model="numpy")
 def draw_capsules(z, rotation, position, fx, fy, cx, cy, capsules, range_max):  # type: ignore[no-untyped-def]
     """Capsules (n, 7): north, east, down of both ends, radius."""
     corners = np.empty((8, 3))

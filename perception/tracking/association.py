@@ -6,6 +6,7 @@ import math
 
 import numba
 
+from perception.kernel_cache import njit
 from perception.tracking.tracks import RULES_TYPE, TRACKS_TYPE
 
 _GATE_SIGMAS = 3.5
@@ -51,7 +52,7 @@ _RECONCILE = numba.void(
 )
 
 
-@numba.njit(_ASSOCIATE, cache=True, nogil=True, error_model="numpy")
+@njit(_ASSOCIATE, cache=True, nogil=True, error_model="numpy")
 def associate(  # type: ignore[no-untyped-def]
     tracks, t_s, discs, sigma_m, is_whole, camera_north, camera_east, rules, costs, pairs, track_of, is_isolated
 ):
@@ -110,7 +111,7 @@ def associate(  # type: ignore[no-untyped-def]
             tracks[j].seen_s = t_s
 
 
-@numba.njit("f8(f8,f8,f8,f8,f8)", cache=True, nogil=True, error_model="numpy")
+@njit("f8(f8,f8,f8,f8,f8)", cache=True, nogil=True, error_model="numpy")
 def _gap_m(north, east, sight_north, sight_east, sigma):  # type: ignore[no-untyped-def]
     """Distance between a track and a sighted disc, less along the line of sight what depth noise explains."""
     distance = max(math.hypot(sight_north, sight_east), 1e-6)
@@ -119,7 +120,7 @@ def _gap_m(north, east, sight_north, sight_east, sigma):  # type: ignore[no-unty
     return math.hypot(max(along - _NOISE_SIGMAS * sigma, 0.0), across)
 
 
-@numba.njit(_RECONCILE, cache=True, nogil=True, error_model="numpy")
+@njit(_RECONCILE, cache=True, nogil=True, error_model="numpy")
 def reconcile(  # type: ignore[no-untyped-def]
     tracks, t_s, discs, sigma_m, confidence, is_whole, disc_in_view, track_in_view, camera_north, camera_east, rules,
     track_of, heir_of,
@@ -182,7 +183,7 @@ def reconcile(  # type: ignore[no-untyped-def]
                 break
 
 
-@numba.njit(_INHERIT, cache=True, nogil=True, error_model="numpy")
+@njit(_INHERIT, cache=True, nogil=True, error_model="numpy")
 def inherit(tracks, heir_of, new, confidence, added):  # type: ignore[no-untyped-def]
     """Fill in how well known are the tracks `added` of the sighted discs `new`, from the tracks that gave way to them."""
     for j in range(tracks.shape[0]):

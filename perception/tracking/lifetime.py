@@ -6,6 +6,7 @@ import math
 
 import numba
 
+from perception.kernel_cache import njit
 from perception.tracking.tracks import TRACKS_TYPE
 
 _ESTABLISHED_S = 1.0
@@ -14,7 +15,7 @@ _ESTABLISHED_S = 1.0
 _F8, _B1 = numba.types.float64, numba.types.boolean
 
 
-@numba.njit(numba.void(TRACKS_TYPE, _F8, _F8, _F8, _B1[::1]), cache=True, nogil=True, error_model="numpy")
+@njit(numba.void(TRACKS_TYPE, _F8, _F8, _F8, _B1[::1]), cache=True, nogil=True, error_model="numpy")
 def outlive(tracks, t_s, memory_s, memory_moving_s, keep):  # type: ignore[no-untyped-def]
     """Whether each track was seen lately enough; a moving one, as a whole."""
     for j in range(tracks.shape[0]):
@@ -22,7 +23,7 @@ def outlive(tracks, t_s, memory_s, memory_moving_s, keep):  # type: ignore[no-un
         keep[j] = t_s - track.seen_s <= memory_s and (track.is_moving == 0 or t_s - track.updated_s <= memory_moving_s)
 
 
-@numba.njit(numba.boolean(_F8, _F8, _F8[:, ::1]), cache=True, nogil=True, error_model="numpy")
+@njit(numba.boolean(_F8, _F8, _F8[:, ::1]), cache=True, nogil=True, error_model="numpy")
 def _is_inside(north, east, exclude):  # type: ignore[no-untyped-def]
     """Whether a place lies in one of the circles (k, 3)."""
     for k in range(exclude.shape[0]):
@@ -32,7 +33,7 @@ def _is_inside(north, east, exclude):  # type: ignore[no-untyped-def]
     return False
 
 
-@numba.njit(numba.int64(_F8[:, ::1], _F8[:, ::1], _B1[::1]), cache=True, nogil=True, error_model="numpy")
+@njit(numba.int64(_F8[:, ::1], _F8[:, ::1], _B1[::1]), cache=True, nogil=True, error_model="numpy")
 def usable(discs, exclude, wanted):  # type: ignore[no-untyped-def]
     """Mark the sighted discs (m, 3) that are finite and outside the circles; returns how many."""
     number = 0
@@ -43,7 +44,7 @@ def usable(discs, exclude, wanted):  # type: ignore[no-untyped-def]
     return number
 
 
-@numba.njit(numba.void(TRACKS_TYPE, _F8, _F8[:, ::1], _B1[::1]), cache=True, nogil=True, error_model="numpy")
+@njit(numba.void(TRACKS_TYPE, _F8, _F8[:, ::1], _B1[::1]), cache=True, nogil=True, error_model="numpy")
 def withhold(tracks, t_s, exclude, keep):  # type: ignore[no-untyped-def]
     """Mark tracks inside the circles `exclude` (k, 3); only those that stood there for some time are worth keeping."""
     for j in range(tracks.shape[0]):
@@ -58,7 +59,7 @@ def withhold(tracks, t_s, exclude, keep):  # type: ignore[no-untyped-def]
             keep[j] = track.is_moving == 0 and track.seen_s - track.first_s >= _ESTABLISHED_S
 
 
-@numba.njit(numba.int64(TRACKS_TYPE, _B1[::1]), cache=True, nogil=True, error_model="numpy")
+@njit(numba.int64(TRACKS_TYPE, _B1[::1]), cache=True, nogil=True, error_model="numpy")
 def compact(tracks, keep):  # type: ignore[no-untyped-def]
     """Move the tracks to keep to the front; returns how many they are."""
     kept = 0

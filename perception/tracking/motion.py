@@ -12,6 +12,7 @@ import math
 
 import numba
 
+from perception.kernel_cache import njit
 from perception.tracking.tracks import RULES_TYPE, TRACKS_TYPE
 
 _SPEED_FIRST_M_S = 4.0
@@ -41,7 +42,7 @@ _START = numba.void(TRACKS_TYPE, _F8, _F8[:, ::1], _F8[::1], _I8[::1], _F8, _F8,
 _CORRECT = numba.void(TRACKS_TYPE, _F8, _F8[:, ::1], _F8[::1], _F8[::1], _I8[::1], numba.boolean[::1], _F8, _F8, RULES_TYPE)
 
 
-@numba.njit(_PREDICT, cache=True, nogil=True, error_model="numpy")
+@njit(_PREDICT, cache=True, nogil=True, error_model="numpy")
 def predict(tracks, t_s, rules):  # type: ignore[no-untyped-def]
     """Fill the tracks' now_ fields for `t_s`."""
     rule = rules[0]
@@ -73,7 +74,7 @@ def predict(tracks, t_s, rules):  # type: ignore[no-untyped-def]
                 now[a + 2, b + 2] = before[a + 2, b + 2] + noise
 
 
-@numba.njit("UniTuple(f8,3)(f8,f8,f8,f8,f8)", cache=True, nogil=True, error_model="numpy")
+@njit("UniTuple(f8,3)(f8,f8,f8,f8,f8)", cache=True, nogil=True, error_model="numpy")
 def _measured(sight_north, sight_east, radius, sigma, bearing_error):  # type: ignore[no-untyped-def]
     """Covariance (nn, ne, ee) of a sighted centre."""
     distance = max(math.hypot(sight_north, sight_east), 1e-6)
@@ -86,7 +87,7 @@ def _measured(sight_north, sight_east, radius, sigma, bearing_error):  # type: i
     return nn, (along - across) * cos * sin, ee
 
 
-@numba.njit(numba.void(TRACKS_TYPE, _I8, _I8, _F8, _F8, _F8), cache=True, nogil=True, error_model="numpy")
+@njit(numba.void(TRACKS_TYPE, _I8, _I8, _F8, _F8, _F8), cache=True, nogil=True, error_model="numpy")
 def _drop_anchor(tracks, j, k, t_s, camera_north, camera_east):  # type: ignore[no-untyped-def]
     """Make the present state anchor `k` of track `j`."""
     track = tracks[j]
@@ -101,7 +102,7 @@ def _drop_anchor(tracks, j, k, t_s, camera_north, camera_east):  # type: ignore[
     track.anchor_variance_ee[k] = track.covariance[1, 1]
 
 
-@numba.njit(_START, cache=True, nogil=True, error_model="numpy")
+@njit(_START, cache=True, nogil=True, error_model="numpy")
 def start(tracks, t_s, discs, sigma_m, new, camera_north, camera_east, rules):  # type: ignore[no-untyped-def]
     """Fill the filter's part of `tracks` with the sighted discs number `new`, one each."""
     bearing_error = math.radians(rules[0].bearing_error_deg)
@@ -124,7 +125,7 @@ def start(tracks, t_s, discs, sigma_m, new, camera_north, camera_east, rules):  
         _drop_anchor(tracks, j, 1, t_s, camera_north, camera_east)
 
 
-@numba.njit("f8(f8,f8,f8,f8,f8,f8)", cache=True, nogil=True, error_model="numpy")
+@njit("f8(f8,f8,f8,f8,f8,f8)", cache=True, nogil=True, error_model="numpy")
 def _misplaced(sight_north, sight_east, way_north, way_east, depth_noise_1_m, bearing_error):  # type: ignore[no-untyped-def]
     """How far a disc may be misplaced along the unit vector `way` by errors that do not average out, in m."""
     distance = max(math.hypot(sight_north, sight_east), 1e-6)
@@ -133,7 +134,7 @@ def _misplaced(sight_north, sight_east, way_north, way_east, depth_noise_1_m, be
     return math.hypot(along * depth_noise_1_m * distance * distance, across * bearing_error * distance)
 
 
-@numba.njit(numba.void(TRACKS_TYPE, _I8, _F8, _F8, _F8, RULES_TYPE), cache=True, nogil=True, error_model="numpy")
+@njit(numba.void(TRACKS_TYPE, _I8, _F8, _F8, _F8, RULES_TYPE), cache=True, nogil=True, error_model="numpy")
 def _judge_movement(tracks, j, t_s, camera_north, camera_east, rules):  # type: ignore[no-untyped-def]
     """Set whether track `j` has proven to move since its older anchor."""
     rule, track = rules[0], tracks[j]
@@ -181,7 +182,7 @@ def _judge_movement(tracks, j, t_s, camera_north, camera_east, rules):  # type: 
         _drop_anchor(tracks, j, 1, t_s, camera_north, camera_east)
 
 
-@numba.njit(_CORRECT, cache=True, nogil=True, error_model="numpy")
+@njit(_CORRECT, cache=True, nogil=True, error_model="numpy")
 def correct(  # type: ignore[no-untyped-def]
     tracks, t_s, discs, sigma_m, confidence, track_of, is_isolated, camera_north, camera_east, rules
 ):

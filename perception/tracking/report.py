@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numba
 
+from perception.kernel_cache import njit
 from perception.tracking.tracks import RULES_TYPE, TRACKS_TYPE
 
 _F8 = numba.types.float64
 _REPORT = numba.int64(TRACKS_TYPE, _F8, _F8, _F8, RULES_TYPE, _F8[:, ::1], _F8[::1], _F8[::1])
 
 
-@numba.njit(_REPORT, cache=True, nogil=True, error_model="numpy")
+@njit(_REPORT, cache=True, nogil=True, error_model="numpy")
 def report(tracks, t_s, memory_s, memory_moving_s, rules, discs, age_s, confidence):  # type: ignore[no-untyped-def]
     """Fill discs (n, 5), age_s (n,) and confidence (n,) with what is neither withheld nor too old; returns how many."""
     rule, shown = rules[0], 0

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from perception.extraction.bearing_bins import BEARING_MAX_RAD, TANGENT_BINS, TANGENT_MAX, TANGENT_STEP
+from perception.kernel_cache import njit
 from perception.sighting import View
 
 _SEEN_THROUGH_FRACTION = 0.5
@@ -45,21 +46,21 @@ def look(
     return in_view, seen_through
 
 
-@numba.njit("i8(f8)", cache=True, nogil=True, error_model="numpy")
+@njit("i8(f8)", cache=True, nogil=True, error_model="numpy")
 def _bin_of(bearing):  # type: ignore[no-untyped-def]
     """Bearing bin of the cell grid."""
     tangent = math.tan(min(max(bearing, -BEARING_MAX_RAD), BEARING_MAX_RAD))
     return min(max(math.floor((tangent + TANGENT_MAX) / TANGENT_STEP), 0), TANGENT_BINS - 1)
 
 
-@numba.njit("b1(b1[::1],f8)", cache=True, nogil=True, error_model="numpy")
+@njit("b1(b1[::1],f8)", cache=True, nogil=True, error_model="numpy")
 def _is_seen(seen, bearing):  # type: ignore[no-untyped-def]
     """Whether a bearing relative to the heading lies in a seen sector; they span the half circle ahead."""
     sector = math.floor((bearing + math.pi / 2) / (math.pi / seen.shape[0]))
     return 0 <= sector < seen.shape[0] and seen[sector]
 
 
-@numba.njit(_LOOK, cache=True, nogil=True, error_model="numpy")
+@njit(_LOOK, cache=True, nogil=True, error_model="numpy")
 def _look(  # type: ignore[no-untyped-def]
     discs, sigma_m, camera_north, camera_east, heading, depth_per_ahead, seen, furthest_m, range_min, reliable_range, tolerance,
     in_view, seen_through,

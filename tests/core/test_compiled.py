@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
-from flightapp.core import compiled
+from perception import kernel_cache
 
 INNER = """
 from flightapp.core.compiled import compiled
@@ -42,8 +43,8 @@ def load(folder: Path, name: str) -> ModuleType:
 def outer_of(folder: Path, expression: str) -> ModuleType:
     """The outer kernel as a new process would load it."""
     (folder / "inner_kernels.py").write_text(INNER.format(expression=expression))
-    compiled.source_stamp.cache_clear()
-    compiled._file_stamp.cache_clear()
+    kernel_cache.source_stamp.cache_clear()
+    kernel_cache._file_stamp.cache_clear()
     load(folder, "inner_kernels")
     return load(folder, "outer_kernels")
 
@@ -58,3 +59,15 @@ def test_a_changed_callee_in_another_file_is_compiled_again(tmp_path: Path, monk
     assert [module.outer(3.0) for module in (first, again, changed)] == [7.0, 7.0, 19.0]
     hits = [sum(module.outer.stats.cache_hits.values()) for module in (first, again, changed)]
     assert hits == [0, 1, 0]
+
+
+def test_every_kernel_is_made_by_the_one_rule_of_freshness() -> None:
+    """A kernel under numba's own rule was compiled anew whenever a process imported the packages in another order."""
+    root = Path(__file__).parents[2]
+    elsewhere = [
+        str(file.relative_to(root))
+        for package in ("flightapp", "perception")
+        for file in (root / package).rglob("*.py")
+        if re.search(r"numba\.(njit|jit|vectorize|guvectorize)\b|from numba import [^\n]*jit", file.read_text())
+    ]
+    assert elsewhere == ["perception/kernel_cache.py"]
