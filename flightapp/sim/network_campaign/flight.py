@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from flightapp.config.profile import load_profile
+from flightapp.runtime.outcome import Outcome
 from flightapp.sim.link_shaper import LinkShaper
 from flightapp.sim.network_campaign.conditions import Condition
 from flightapp.sim.network_campaign.observer import NetworkObserver
@@ -67,6 +68,7 @@ def _flown(condition: Condition, seed: int, fleet: VirtualFleet, observer: Netwo
     ended = {one.loop.outcome or one.loop.phase for one in pursuers}
     outcome = ended.pop() if len(ended) == 1 else ", ".join(sorted(ended))
     faults = [f"fault: {one.name}: {one.error}" for one in fleet.vehicles.values() if one.error]
+    faults += [f"fault: {one.name} ended its mission with a fault" for one in pursuers if one.loop.outcome == Outcome.FAULT]
     return Flown(
         condition=condition,
         seed=seed,

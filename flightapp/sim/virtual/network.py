@@ -153,7 +153,7 @@ class VirtualNetwork:
         self._latency_s = latency_s
         self._subscribers: dict[str, list[_Endpoint]] = {}
         self._queryables: dict[str, _Endpoint] = {}
-        self._lanes: dict[tuple[str, str, zenoh.Priority], _Lane] = {}
+        self._lanes: dict[tuple[str, str, str], _Lane] = {}
         self.cut_off: set[str] = set()
         """Vehicles that neither send nor receive."""
         self.shaper: LinkShaper | None = None
@@ -172,7 +172,7 @@ class VirtualNetwork:
 
     def publish(self, sender: str, key: str, content: bytes, priority: zenoh.Priority) -> None:
         for endpoint in self._subscribers.get(key, ()):
-            self._pass(endpoint, _Sample(_Payload(content)), self._lane(sender, endpoint.owner, priority))
+            self._pass(endpoint, _Sample(_Payload(content)), self._lane(sender, endpoint.owner, str(priority)))
 
     def subscribe(self, key: str, endpoint: _Endpoint) -> None:
         self._subscribers.setdefault(key, []).append(endpoint)
@@ -222,7 +222,7 @@ class VirtualNetwork:
         if delay_s is not None:
             self._call_later(delay_s, arrive)
 
-    def _lane(self, sender: str, receiver: str, priority: zenoh.Priority) -> _Lane:
+    def _lane(self, sender: str, receiver: str, priority: str) -> _Lane:
         return self._lanes.setdefault((sender, receiver, priority), _Lane(sender))
 
     def _pass(self, endpoint: _Endpoint, item: object, lane: _Lane) -> None:
