@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from flightapp.core.types import Array
+from perception.kernel_cache import njit
 
 ON_THE_LINE_M = 1e-6
 

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from flightapp.core.types import Array
+from perception.kernel_cache import njit
 
 EPSILON = 1e-9
 RELAXATION_STEPS = 8
