@@ -28,6 +28,7 @@ WHOLE = (
     "flightapp.estimation.target_filter",
     "flightapp.safety.supervisor",
     "flightapp.planning.evasion.voronoi_cell",
+    "flightapp.planning.encirclement.planner",
     "flightapp.space.world",
 )
 OBJECTS = 100_000

@@ -17,6 +17,8 @@ from flightapp.planning.api import Build, Given, Planner
 
 PLANNERS: Mapping[str, str] = {
     **dict.fromkeys(VARIANTS, "flightapp.planning.ac2f.build"),
+    **dict.fromkeys(("hunting", "tracking-hunting", "dwa"), "flightapp.planning.hunting.build"),
+    **dict.fromkeys(("oa-ecbvc", "greedy"), "flightapp.planning.encirclement.build"),
 }
 
 EVADERS: Mapping[str, str] = {
@@ -47,6 +49,13 @@ def make_evader(name: str, *, limits: Limits, parameters: Given = None, seed: in
 def _built(module: str, name: str, limits: Limits, given: Given, seed: int) -> Planner:
     build = cast(Build, importlib.import_module(module).build)
     return build(name, limits, given, seed)
+
+
+def known_parameters(name: str) -> frozenset[str] | None:
+    """The parameters that a strategy or policy has; None where its module does not declare them as PARAMETERS."""
+    module = PLANNERS.get(name) or EVADERS.get(name)
+    model = None if module is None else getattr(importlib.import_module(module), "PARAMETERS", None)
+    return None if model is None else frozenset(model.model_fields)
 
 
 def file_parameters(name: str, values: Mapping[str, object]) -> dict[str, object]:

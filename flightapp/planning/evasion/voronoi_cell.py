@@ -13,52 +13,9 @@ import numpy as np
 
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
+from flightapp.planning.geometry.convex import centroid, clipped
 
 COINCIDENT_M = 1e-9
-AREA_MIN_M2 = 1e-9
-
-
-@compiled("i8(f8[:,::1],i8,f8,f8,f8,f8,f8,f8[:,::1])")
-def _clipped(
-    corners: Array, count: int, from_n: float, from_e: float, normal_n: float, normal_e: float, room_m: float, out: Array
-) -> int:
-    """Fill `out` with the part of a polygon up to `room_m` from (from_n, from_e) along the unit normal; returns its corners."""
-    kept = 0
-    for i in range(count):
-        j = i + 1 if i + 1 < count else 0
-        here = (corners[i, 0] - from_n) * normal_n + (corners[i, 1] - from_e) * normal_e - room_m
-        there = (corners[j, 0] - from_n) * normal_n + (corners[j, 1] - from_e) * normal_e - room_m
-        if here <= 0.0:
-            out[kept, 0] = corners[i, 0]
-            out[kept, 1] = corners[i, 1]
-            kept += 1
-        if (here < 0.0 and there > 0.0) or (here > 0.0 and there < 0.0):
-            part = here / (here - there)
-            out[kept, 0] = corners[i, 0] + part * (corners[j, 0] - corners[i, 0])
-            out[kept, 1] = corners[i, 1] + part * (corners[j, 1] - corners[i, 1])
-            kept += 1
-    return kept
-
-
-@compiled("UniTuple(f8,3)(f8[:,::1],i8)")
-def _centroid(corners: Array, count: int) -> tuple[float, float, float]:
-    """North, east (m) and area (m2) of a polygon; summed from its first corner, so that far from the origin nothing cancels."""
-    twice_area = 0.0
-    north = 0.0
-    east = 0.0
-    for i in range(1, count - 1):
-        an = corners[i, 0] - corners[0, 0]
-        ae = corners[i, 1] - corners[0, 1]
-        bn = corners[i + 1, 0] - corners[0, 0]
-        be = corners[i + 1, 1] - corners[0, 1]
-        cross = an * be - bn * ae
-        twice_area += cross
-        north += cross * (an + bn)
-        east += cross * (ae + be)
-    area = 0.5 * abs(twice_area)
-    if area < AREA_MIN_M2:
-        return 0.0, 0.0, 0.0
-    return corners[0, 0] + north / (3.0 * twice_area), corners[0, 1] + east / (3.0 * twice_area), area
 
 
 @compiled("UniTuple(f8,3)(f8,f8,f8[:,::1],f8[:,::1],f8,f8,f8,f8,f8,f8)")
@@ -100,6 +57,6 @@ def cell_centroid(
             room_m = max(0.0, distance - row[2] - inflation_m)
             if room_m > range_m:
                 continue
-        count = _clipped(corners, count, own_n, own_e, dn / distance, de / distance, room_m, spare)
+        count = clipped(corners, count, own_n, own_e, dn / distance, de / distance, room_m, spare)
         corners, spare = spare, corners
-    return _centroid(corners, count)
+    return centroid(corners, count)

@@ -1,0 +1,36 @@
+"""The encirclement strategies, as the registry asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from flightapp.core.errors import InputError
+from flightapp.core.types import Limits
+from flightapp.planning.api import Given, Planner
+from flightapp.planning.encirclement.methods.bounded_voronoi import cell_centroid
+from flightapp.planning.encirclement.methods.greedy import nearest_to_evader
+from flightapp.planning.encirclement.moment import Method
+from flightapp.planning.encirclement.parameters import EncirclementParameters
+from flightapp.planning.encirclement.planner import EncirclementPlanner
+from flightapp.planning.parameters import parsed
+
+PARAMETERS = EncirclementParameters
+MakeMethod = Callable[[EncirclementParameters, Limits], Method]
+
+METHODS: Mapping[str, MakeMethod] = {
+    "oa-ecbvc": lambda _parameters, _limits: cell_centroid,
+    "greedy": lambda _parameters, _limits: nearest_to_evader,
+}
+
+
+def build(name: str, limits: Limits, given: Given, _seed: int) -> Planner:
+    """The method `name`; InputError on parameters that cannot be."""
+    parameters = parsed(EncirclementParameters, name, given)
+    contact_m = limits.body_radius_m + parameters.evader_radius_m
+    if parameters.capture.radius_m <= contact_m:
+        raise InputError(
+            f"strategy '{name}': capture.radius_m = {parameters.capture.radius_m}: must be greater than {contact_m:g}, "
+            "the bodies of pursuer and evader together"
+        )
+    return EncirclementPlanner(limits=limits, parameters=parameters, method=partial(METHODS[name], parameters, limits))

@@ -1,0 +1,56 @@
+"""What a method gets to choose a goal from: the situation, the box and both cells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from flightapp.core.types import Array
+from flightapp.planning.encirclement.cells import Cells, cells
+from flightapp.planning.encirclement.situation import Situation
+from flightapp.planning.geometry.convex import nearest_in
+from flightapp.planning.plane import Point
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """One decision's worth; `evader` is where the box is laid around."""
+
+    situation: Situation
+    evader: Point
+    evader_velocity: Point
+    half_m: Point
+    cells: Cells
+    safety: Array
+    """(c, 2) corners of the safety cell."""
+    target: Array
+    """(c, 2) corners of the target cell; none where it is empty."""
+
+    def safe(self, place: Point) -> Point:
+        """The point of the safety cell nearest to `place`; the own place where there is no cell."""
+        if len(self.safety) == 0:
+            return self.situation.own
+        n, e = nearest_in(self.safety, len(self.safety), *place)
+        return n, e
+
+
+Method = Callable[[Moment], Point]
+"""Chooses a goal (m). Whatever it is, the way there is kept in the safety cell."""
+
+
+class Cutting:
+    """Computes moments, in arrays that they share: a moment is good until the next one."""
+
+    def __init__(self) -> None:
+        self._rooms = [np.zeros((64, 2)) for _ in range(3)]
+
+    def moment(self, situation: Situation, evader: Point, evader_velocity: Point, half_m: Point) -> Moment:
+        """Both cells of the own vehicle."""
+        if situation.plane_count + 9 > len(self._rooms[0]):
+            self._rooms = [np.zeros((2 * situation.plane_count + 9, 2)) for _ in range(3)]
+        safety, target, spare = self._rooms
+        found = cells(*situation.own, *evader, *half_m, situation.planes, situation.plane_count, safety, target, spare)
+        kept = safety[: int(found.safety_corners)]
+        return Moment(situation, evader, evader_velocity, half_m, found, kept, target[: int(found.target_corners)])

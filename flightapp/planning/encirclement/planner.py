@@ -1,0 +1,183 @@
+"""The pursuer of `oa-ecbvc` and of the methods beside it: look, judge the encirclement, cut cells, choose a goal, stay safe.
+
+Nobody leads: what several vehicles must agree on, the box, follows from what each of them observes and from the others' modes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from flightapp.core.angles import wrap_pi
+from flightapp.core.types import Decision, Limits, Observation
+from flightapp.planning.encirclement.box import Box
+from flightapp.planning.encirclement.capture_watch import CaptureWatch
+from flightapp.planning.encirclement.cells import Dynamics, held_velocity
+from flightapp.planning.encirclement.moment import Cutting, Method, Moment
+from flightapp.planning.encirclement.parameters import EncirclementParameters
+from flightapp.planning.encirclement.situation import Evader, Looking, Situation
+from flightapp.planning.geometry.convex import AREA_MIN_M2
+from flightapp.planning.geometry.half_planes import PLANE_COLUMNS
+from flightapp.planning.geometry.hull import hull_distance_m
+from flightapp.planning.plane import Point, limited
+
+ENCIRCLE, CAPTURE, DONE, SEARCH, HOLD = "encircle", "capture", "done", "search", "hold"
+"""The modes that a decision carries and teammates hear."""
+APPROACH_GAIN_1_S = 1.25
+FACING_SPEED_M_S = 0.5
+AT_THE_GOAL_M = 1e-9
+VIOLATED_M = -1e-9
+
+
+class EncirclementPlanner:
+    """One pursuer. Nothing in it is random."""
+
+    def __init__(self, *, limits: Limits, parameters: EncirclementParameters, method: Callable[[], Method]) -> None:
+        self._limits, self._parameters = limits, parameters
+        self._looking, self._cutting = Looking(limits, parameters), Cutting()
+        self._make_method = method
+        self._at_once = parameters.vehicle == "single-integrator"
+        separation_m = parameters.team_separation_m or 2.0 * (limits.body_radius_m + limits.safety_margin_m)
+        self._box = Box(parameters, limits.speed_max_m_s, separation_m / 2.0)
+        self._speeds, self._corners, self._spare = np.zeros((64, PLANE_COLUMNS)), np.zeros((64, 2)), np.zeros((64, 2))
+        self.reset()
+
+    def reset(self, seed: int | None = None) -> None:
+        """Forget everything."""
+        del seed
+        self._box.reset()
+        self._method = self._make_method()
+        self._watch = CaptureWatch(self._parameters.capture)
+        self._mode = ""
+
+    def step(self, observation: Observation) -> Decision:
+        """One decision; see the module."""
+        situation = self._looking.look(observation)
+        if situation.evader is None:
+            return self._hold(situation)
+        return self._pursue(situation, situation.evader)
+
+    def _hold(self, situation: Situation) -> Decision:
+        """Without an idea of where the evader is: stand, clear of everything."""
+        velocity = self._held(situation, (0.0, 0.0))
+        diagnostics: dict[str, object] = {"stage": HOLD, "flags": self._flags(situation, None, crowded=False)}
+        return self._decision(situation, velocity, None, HOLD, "the target was never seen or is lost", diagnostics)
+
+    def _pursue(self, situation: Situation, evader: Evader) -> Decision:
+        hull_m = hull_distance_m(situation.team, *evader.place)
+        distances = np.hypot(situation.team[:, 0] - evader.place[0], situation.team[:, 1] - evader.place[1])
+        captured = self._watch.captured(situation.t_s, situation.team, distances, evader.place)
+        latched = any(mode in (CAPTURE, DONE) for mode in situation.mate_modes)
+        half_m = self._box.half_sizes_m(
+            situation.t_s, situation.period_s, situation.team, evader.place, evader.age_s, hull_m, latched
+        )
+        _, crowded = self._box.half_min_m(len(situation.team), 0.0)
+        lead_s = self._parameters.evader_lead_s
+        ahead = (evader.place[0] + lead_s * evader.velocity[0], evader.place[1] + lead_s * evader.velocity[1])
+        moment = self._cutting.moment(situation, ahead, evader.velocity, half_m)
+        mode = self._next_mode(evader, captured)
+        goal = evader.place if mode == SEARCH else self._method(moment)
+        velocity = self._held(situation, self._wish(situation, evader, goal))
+        diagnostics: dict[str, object] = {
+            "stage": mode,
+            "target_distance_m": float(distances[0]),
+            "hull_distance_m": hull_m if math.isfinite(hull_m) else None,
+            "encircled": hull_m <= 0.0,
+            "captured": captured,
+            "box_half_m": list(half_m),
+            "cell_area_m2": moment.cells.target_area_m2,
+            "slack_m": float(situation.planes[0, 2]) if situation.plane_count else None,
+            "flags": self._flags(situation, moment, crowded=crowded),
+        }
+        return self._decision(situation, velocity, goal, mode, self._reason(mode, evader, hull_m), diagnostics)
+
+    def _next_mode(self, evader: Evader, captured: bool) -> str:
+        if captured:
+            return DONE
+        if evader.age_s >= self._parameters.target_search_s:
+            return SEARCH
+        return ENCIRCLE if self._box.since_s is None else CAPTURE
+
+    def _reason(self, mode: str, evader: Evader, hull_m: float) -> str:
+        if mode == DONE:
+            return "the capture rule is met"
+        if mode == SEARCH:
+            return f"the target was last seen {evader.age_s:.1f} s ago"
+        if mode == CAPTURE:
+            return f"the evader is {-hull_m:.1f} m inside the pursuers' hull" if hull_m <= 0.0 else "a teammate saw it encircled"
+        return "the evader is not encircled"
+
+    def _wish(self, situation: Situation, evader: Evader, goal: Point) -> Point:
+        """To the goal at top speed, slower only where it would be passed within a period."""
+        gain = self._parameters.approach_gain_1_s or (1.0 / situation.period_s if self._at_once else APPROACH_GAIN_1_S)
+        share = self._parameters.evader_feed_forward
+        n = gain * (goal[0] - situation.own[0]) + share * evader.velocity[0]
+        e = gain * (goal[1] - situation.own[1]) + share * evader.velocity[1]
+        return limited((n, e), self._limits.speed_max_m_s) if math.hypot(n, e) > AT_THE_GOAL_M else (0.0, 0.0)
+
+    def _held(self, situation: Situation, wish: Point) -> Point:
+        """What of `wish` keeps the vehicle in its safety cell."""
+        parameters, limits = self._parameters, self._limits
+        deceleration = 0.0 if self._at_once else limits.acceleration_max_m_s2 * parameters.braking_share
+        dynamics = Dynamics(
+            limits.speed_max_m_s,
+            situation.period_s,
+            deceleration,
+            parameters.reaction_s,
+            parameters.leaving_gain_per_s,
+            parameters.leaving_speed_max_m_s,
+        )
+        if situation.plane_count + 9 > len(self._speeds):
+            size = 2 * situation.plane_count + 9
+            self._speeds, self._corners, self._spare = np.zeros((size, PLANE_COLUMNS)), np.zeros((size, 2)), np.zeros((size, 2))
+        planes, count = situation.planes, situation.plane_count
+        n, e = held_velocity(*wish, planes, count, dynamics, self._speeds, self._corners, self._spare)
+        return n, e
+
+    def _flags(self, situation: Situation, moment: Moment | None, *, crowded: bool) -> list[str]:
+        """What is not as the method wants it, by name."""
+        flags = []
+        if situation.plane_count and situation.planes[: situation.plane_count, 2].min() < VIOLATED_M:
+            flags.append("violation")
+        if moment is not None:
+            if len(moment.safety) == 0:
+                flags.append("no safe place")
+            elif moment.cells.target_area_m2 < AREA_MIN_M2:
+                flags.append("empty cell")
+        if len(situation.team) < 3:
+            flags.append("cannot encircle")
+        if self._parameters.evader_speed_assumed_m_s >= self._limits.speed_max_m_s:
+            flags.append("no guarantee")
+        if crowded:
+            flags.append("crowded")
+        return flags
+
+    def _decision(
+        self,
+        situation: Situation,
+        velocity: Point,
+        goal: Point | None,
+        mode: str,
+        reason: str,
+        diagnostics: dict[str, object],
+    ) -> Decision:
+        changed, self._mode = mode != self._mode, mode
+        return Decision(
+            velocity_ned_m_s=np.array((*velocity, 0.0)),
+            acceleration_ned_m_s2=None,
+            yaw_rad=self._yaw_rad(situation, velocity),
+            mode=mode,
+            goal_ned_m=None if goal is None else np.array((*goal, 0.0)),
+            reason=reason if changed else "",
+            diagnostics=diagnostics,
+        )
+
+    def _yaw_rad(self, situation: Situation, velocity: Point) -> float:
+        """Nose along the way; at rest towards the evader."""
+        if math.hypot(*velocity) > FACING_SPEED_M_S or situation.evader is None:
+            moving = math.hypot(*velocity) > AT_THE_GOAL_M
+            return wrap_pi(math.atan2(velocity[1], velocity[0]) if moving else situation.yaw_rad)
+        n, e = situation.evader.place
+        return wrap_pi(math.atan2(e - situation.own[1], n - situation.own[0]))
