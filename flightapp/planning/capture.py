@@ -25,8 +25,10 @@ class CaptureRule(StrategyParameters):
     """Two pursuers must be seen from the evader at least this far apart; three or more must enclose it."""
     dwell_s: float = Field(default=0.5, ge=0)
     """How long the encirclement must last."""
-    mode: Literal["first", "all"] = "all"
-    """`first`: the first pursuer within the radius ends it; `all`: the whole team encircles."""
+    mode: Literal["first", "all", "formation"] = "all"
+    """`first`: the first pursuer within the radius ends it; `all`: the team encircles; `formation`: in a regular polygon."""
+    gap_tolerance_deg: float = Field(default=15.0, ge=0, le=180)
+    """Formation: by how much the widest gap between neighbours, seen from the evader, may exceed that of a regular polygon."""
 
     @property
     def zone_m(self) -> float:
@@ -72,6 +74,38 @@ def encloses(bearings_rad: Array, angular_gap_min_deg: float) -> bool:
     if count == 2:
         return bool(2.0 * math.pi - gap >= math.radians(angular_gap_min_deg))
     return bool(gap < math.pi)
+
+
+@compiled("b1(f8[::1],f8[::1],f8,f8,f8)")
+def forms_polygon(bearings_rad: Array, distances_m: Array, radius_m: float, tolerance_m: float, gap_tolerance_rad: float) -> bool:
+    """Whether pursuers seen from the evader at `bearings_rad` and `distances_m` (k,) stand as a regular polygon around it.
+
+    At least three, each within `tolerance_m` of its corner on the circle of `radius_m`, however that is turned, with the evader
+    inside and no gap wider than a regular one and `gap_tolerance_rad`. Both arrays are sorted by bearing on return.
+    """
+    count = bearings_rad.shape[0]
+    if count < 3:
+        return False
+    for i in range(1, count):
+        bearing, distance = bearings_rad[i], distances_m[i]
+        k = i
+        while k > 0 and bearings_rad[k - 1] > bearing:
+            bearings_rad[k], distances_m[k] = bearings_rad[k - 1], distances_m[k - 1]
+            k -= 1
+        bearings_rad[k], distances_m[k] = bearing, distance
+    regular = 2.0 * math.pi / count
+    gap = widest_gap_rad(bearings_rad)
+    if gap > regular + gap_tolerance_rad or gap >= math.pi:
+        return False
+    turned = 0.0
+    for i in range(count):
+        turned += (bearings_rad[i] - i * regular) / count
+    for i in range(count):
+        aside = math.cos(bearings_rad[i] - i * regular - turned)
+        off2 = distances_m[i] * distances_m[i] + radius_m * radius_m - 2.0 * distances_m[i] * radius_m * aside
+        if off2 > tolerance_m * tolerance_m:
+            return False
+    return True
 
 
 @compiled("f8(f8,f8,b1)")

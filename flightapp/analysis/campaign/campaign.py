@@ -21,7 +21,7 @@ from flightapp.analysis.campaign.workers import Workers
 from flightapp.analysis.summary import write_whole
 from flightapp.core.errors import InputError
 from flightapp.planning.registry import make_planner, planner_names
-from flightapp.sim.batch.episode import planner_parameters
+from flightapp.sim.batch.facts import planner_parameters
 from flightapp.sim.batch.scenario import Scenario
 
 RECORDED_MAX = 32
@@ -45,7 +45,7 @@ class Campaign:
                 raise InputError(f"--planner {planner}: no such planner; known: {', '.join(planner_names())}")
             if planner in self.planners[:number]:
                 raise InputError(f"--planner {planner}: named twice; name each planner once")
-            parameters = planner_parameters(self.scenario, own_parameters(planner, self.parameters))
+            parameters = planner_parameters(self.scenario, planner, own_parameters(planner, self.parameters))
             make_planner(planner, limits=self.scenario.pursuers.limits(), parameters=parameters)
         runs = len(self.planners) * len(self.seeds)
         if self.record and runs > RECORDED_MAX:

@@ -16,7 +16,7 @@ from flightapp.analysis.tuning.optimiser import first_points, suggest
 from flightapp.analysis.tuning.weights import weights_of
 from flightapp.core.errors import InputError
 from flightapp.planning.registry import make_planner
-from flightapp.sim.batch.episode import planner_parameters
+from flightapp.sim.batch.facts import planner_parameters
 from flightapp.sim.batch.scenario import Scenario
 
 SEED_MIN = 10_000
@@ -53,7 +53,7 @@ class Problem:
 
 def _check_planner(problem: Problem) -> None:
     """InputError on an unknown planner or bad parameters, before anything flies."""
-    parameters = planner_parameters(problem.scenario, problem.parameters)
+    parameters = planner_parameters(problem.scenario, problem.planner, problem.parameters)
     make_planner(problem.planner, limits=problem.scenario.pursuers.limits(), parameters=parameters)
 
 

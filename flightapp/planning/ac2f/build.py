@@ -9,6 +9,8 @@ from flightapp.planning.ac2f.variants import with_variant
 from flightapp.planning.api import Given, Planner
 from flightapp.planning.parameters import parsed
 
+PARAMETERS = Ac2fParameters
+
 
 def build(name: str, limits: Limits, given: Given, _seed: int) -> Planner:
     """The variant `name`; InputError on parameters that it does not have or that it fixes."""

@@ -29,7 +29,7 @@ class Ac2fPlanner:
 
     def __init__(self, *, limits: Limits, parameters: Ac2fParameters) -> None:
         self._parameters = parameter_record(parameters, limits)
-        self._encircles = parameters.capture.mode == "all"
+        self._encircles = parameters.capture.mode != "first"
         self._sentences = sentences(parameters)
         self._trail_samples = trail_samples(parameters)
         self._history = np.zeros((max(parameters.history_samples, int(self._parameters["oscillation_samples"][0])), 2))

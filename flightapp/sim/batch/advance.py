@@ -8,7 +8,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from flightapp.core.clearance import way_gap_m
+from flightapp.core.bearing import wrapped_rad
+from flightapp.core.clearance import nearest_share, way_gap_m
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.boundary import NEVER, crossing
@@ -23,14 +24,17 @@ from flightapp.sim.batch.records import (
     FRAME_TYPE,
     OBSTACLE,
     PAIR_TYPE,
+    SINGLE_INTEGRATOR,
     TEAMMATE,
     UNICYCLE,
     VEHICLE_TYPE,
     WORLD_TYPE,
     Records,
 )
-from flightapp.sim.batch.surrounding import encircles
-from flightapp.sim.batch.unicycle import fly_arc, steer
+from flightapp.sim.batch.single_integrator import fly_straight
+from flightapp.sim.batch.surrounding import encircles, in_formation, measure_encirclement
+from flightapp.sim.batch.unicycle import STANDING_M_S, fly_arc, steer
+from flightapp.sim.batch.walls import first_at_wall, way_wall_distance_m
 
 DOWN_M = -5.0
 """Height of the plane in which everything flies."""
@@ -84,6 +88,8 @@ def _move(world: Records, vehicles: Records, frames: Records, commands: Array, s
     for i in range(len(vehicles)):
         vehicle, frame = vehicles[i], frames[i]
         vehicle.before_n, vehicle.before_e = vehicle.n, vehicle.e
+        if vehicle.gone == 1:
+            continue
         since = step - frame.delay_steps
         row = (since // w.sub_steps) % commands.shape[1]
         command_n, command_e, yaw_rad = 0.0, 0.0, vehicle.yaw
@@ -93,6 +99,9 @@ def _move(world: Records, vehicles: Records, frames: Records, commands: Array, s
             if since >= 0 and since % w.sub_steps == 0:
                 steer(vehicles, frames, i, command_n, command_e, yaw_rad, w.sub_steps * w.sub_step_s)
             fly_arc(vehicles, i, w.sub_step_s)
+            vehicle.turning += abs(vehicle.yaw_rate) * w.sub_step_s
+        elif frame.model == SINGLE_INTEGRATOR:
+            fly_straight(vehicles, frames, i, command_n, command_e, yaw_rad, w.sub_step_s)
         else:
             if w.gust > 0.0:
                 blow(world, vehicles, i, step)
@@ -158,6 +167,8 @@ def _obstacle_contact(
     span_s = share * w.sub_step_s
     for i in range(len(vehicles) - 1):
         vehicle, body = vehicles[i], frames[i].body_radius
+        if vehicle.gone == 1:
+            continue
         an, ae = vehicle.before_n, vehicle.before_e
         bn, be = an + share * (vehicle.n - an), ae + share * (vehicle.e - ae)
         for c in range(counts[i]):
@@ -177,6 +188,42 @@ def _obstacle_contact(
     return least, first
 
 
+@compiled(numba.void(VEHICLE_TYPE, FRAME_TYPE, _ROWS))
+def _stop_at_walls(vehicles: Records, frames: Records, walls: Array) -> None:
+    """A solid evader slides along walls (w, 4), too."""
+    last = len(vehicles) - 1
+    evader, radius = vehicles[last], frames[last].body_radius
+    for k in range(len(walls)):
+        pn, pe, along_n, along_e = walls[k, 0], walls[k, 1], walls[k, 2] - walls[k, 0], walls[k, 3] - walls[k, 1]
+        share = nearest_share(pn - evader.n, pe - evader.e, along_n, along_e)
+        n, e = pn + share * along_n, pe + share * along_e
+        dn, de = evader.n - n, evader.e - e
+        distance = math.hypot(dn, de)
+        if 0.0 < distance < radius:
+            evader.n, evader.e = n + dn * radius / distance, e + de * radius / distance
+
+
+@compiled(PAIR_TYPE(VEHICLE_TYPE, FRAME_TYPE, _ROWS, numba.float64, numba.float64, numba.boolean))
+def _wall_contact(
+    vehicles: Records, frames: Records, walls: Array, known_m: float, share: float, timed: bool
+) -> tuple[float, float]:
+    """As `_obstacle_contact`, of the edges `walls` (w, 4); the clearance is at most `known_m`."""
+    least, first = known_m, NEVER
+    for i in range(len(vehicles) - 1):
+        vehicle, body = vehicles[i], frames[i].body_radius
+        if vehicle.gone == 1:
+            continue
+        an, ae = vehicle.before_n, vehicle.before_e
+        bn, be = an + share * (vehicle.n - an), ae + share * (vehicle.e - ae)
+        for k in range(len(walls)):
+            pn, pe, qn, qe = walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]
+            gap = way_wall_distance_m(an, ae, bn, be, pn, pe, qn, qe) - body
+            least = min(least, gap)
+            if timed and gap <= 0.0:
+                first = min(first, first_at_wall(an, ae, bn, be, pn, pe, qn, qe, body))
+    return least, first
+
+
 @compiled(PAIR_TYPE(VEHICLE_TYPE, FRAME_TYPE, numba.float64, numba.float64))
 def _teammate_contact(vehicles: Records, frames: Records, known_m: float, share: float) -> tuple[float, float]:
     """Smallest distance of two pursuers, at most `known_m`, in the first `share` of the sub-step; when two first touch."""
@@ -184,6 +231,8 @@ def _teammate_contact(vehicles: Records, frames: Records, known_m: float, share:
     for i in range(len(vehicles) - 1):
         for j in range(i):
             a, b = vehicles[i], vehicles[j]
+            if a.gone == 1 or b.gone == 1:
+                continue
             an, ae = a.before_n - b.before_n, a.before_e - b.before_e
             bn, be = an + share * (a.n - b.n - an), ae + share * (a.e - b.e - ae)
             gap = way_gap_m(an, ae, bn - an, be - ae, 0.0)
@@ -201,6 +250,8 @@ def _first_capture(vehicles: Records, radius_m: float) -> float:
     evader = vehicles[len(vehicles) - 1]
     for i in range(len(vehicles) - 1):
         pursuer = vehicles[i]
+        if pursuer.gone == 1:
+            continue
         an, ae = pursuer.before_n - evader.before_n, pursuer.before_e - evader.before_e
         first = min(first, first_within(an, ae, pursuer.n - evader.n, pursuer.e - evader.e, radius_m))
     return first
@@ -221,7 +272,8 @@ def _first_crossing(vehicles: Records, sides: Array) -> float:
 def _dwelt(world: Records, vehicles: Records, t_s: float) -> bool:
     """Whether the encirclement has held for long enough at `t_s`."""
     w = world[0]
-    if not encircles(vehicles, w.zone, w.gap_min):
+    holds = in_formation(world, vehicles) if w.formation == 1 else encircles(vehicles, w.zone, w.gap_min)
+    if not holds:
         w.since_s = math.nan
         return False
     if math.isnan(w.since_s):
@@ -250,8 +302,33 @@ def _measure_jerk(vehicles: Records, period_s: float) -> None:
         vehicle.periods += 1
 
 
+@compiled(numba.void(VEHICLE_TYPE, FRAME_TYPE))
+def _measure_turning(vehicles: Records, frames: Records) -> None:
+    """Adds the change of course in the control period that ends, of what has no course but that of its velocity."""
+    for i in range(len(vehicles)):
+        vehicle = vehicles[i]
+        if frames[i].model != UNICYCLE and vehicle.gone == 0 and math.hypot(vehicle.vn, vehicle.ve) > STANDING_M_S:
+            course = math.atan2(vehicle.ve, vehicle.vn)
+            if not math.isnan(vehicle.course):
+                vehicle.turning += abs(wrapped_rad(course - vehicle.course))
+            vehicle.course = course
+
+
 @compiled(
-    numba.int64(WORLD_TYPE, VEHICLE_TYPE, FRAME_TYPE, _LAYERS, _ROWS, numba.float64[::1], _ROWS, _LAYERS, _LISTS, _LIST, _ROWS)
+    numba.int64(
+        WORLD_TYPE,
+        VEHICLE_TYPE,
+        FRAME_TYPE,
+        _LAYERS,
+        _ROWS,
+        _ROWS,
+        numba.float64[::1],
+        _ROWS,
+        _LAYERS,
+        _LISTS,
+        _LIST,
+        _ROWS,
+    )
 )
 def advance(
     world: Records,
@@ -259,6 +336,7 @@ def advance(
     frames: Records,
     commands: Array,
     discs: Array,
+    walls: Array,
     area: Array,
     sides: Array,
     poses: Array,
@@ -268,8 +346,9 @@ def advance(
 ) -> int:
     """All vehicles through control period `world.tick`, or up to the event that ends the episode: its code.
 
-    commands (n, r, 3), discs (m, 7) at t = 0, area (4,), sides (s, 4), poses (h, n, 5) written, near (n, m) and counts (n,) are
-    work space, states (2 n, 3) written: position and velocity NED of each vehicle. Ties: collision, capture, crossing.
+    commands (n, r, 3), discs (m, 7) at t = 0, walls (w, 4), area (4,), sides (s, 4), poses (h, n, 5) written, near (n, m) and
+    counts (n,) are work space, states (2 n, 3) written: position and velocity NED of each vehicle.
+    Ties: collision, capture, crossing.
     """
     w = world[0]
     outcome = FLYING
@@ -281,7 +360,10 @@ def advance(
         _move(world, vehicles, frames, commands, step)
         if w.solid == 1:
             _stop_at_surfaces(world, vehicles, frames, discs, area, near[last], counts[last], start_s + w.sub_step_s)
+            _stop_at_walls(vehicles, frames, walls)
         clearance, first = _obstacle_contact(world, vehicles, frames, discs, area, near, counts, start_s, 1.0, True)
+        clearance, at_wall = _wall_contact(vehicles, frames, walls, clearance, 1.0, True)
+        first = min(first, at_wall)
         separation, touch = _teammate_contact(vehicles, frames, w.separation, 1.0)
         if first <= 1.0:
             outcome, w.collided_with = COLLIDED, OBSTACLE
@@ -298,10 +380,12 @@ def advance(
         if crossed < first:
             first, outcome = crossed, ESCAPED
         if outcome != FLYING:
-            w.clearance = _obstacle_contact(world, vehicles, frames, discs, area, near, counts, start_s, first, False)[0]
+            clearance = _obstacle_contact(world, vehicles, frames, discs, area, near, counts, start_s, first, False)[0]
+            w.clearance = _wall_contact(vehicles, frames, walls, clearance, first, False)[0]
             w.separation = _teammate_contact(vehicles, frames, w.separation, first)[0]
             _cut_short(vehicles, first)
             w.end_s = start_s + first * w.sub_step_s
+            measure_encirclement(world, vehicles, w.end_s, w.end_s - w.tick * w.sub_steps * w.sub_step_s)
             if outcome != COLLIDED:
                 w.collided_with = 0
             break
@@ -311,6 +395,8 @@ def advance(
         w.tick += 1
         w.end_s = w.tick * w.sub_steps * w.sub_step_s
         _measure_jerk(vehicles, w.sub_steps * w.sub_step_s)
+        _measure_turning(vehicles, frames)
+        measure_encirclement(world, vehicles, w.end_s, w.sub_steps * w.sub_step_s)
     for i in range(len(vehicles)):
         vehicle = vehicles[i]
         states[2 * i, 0], states[2 * i, 1], states[2 * i, 2] = vehicle.n, vehicle.e, DOWN_M

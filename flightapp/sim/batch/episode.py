@@ -13,8 +13,10 @@ from flightapp.core.clock import monotonic_ns
 from flightapp.core.types import Array, Assignment, Decision, Observation, TargetTrack, VehicleState
 from flightapp.planning.api import Planner
 from flightapp.planning.plane import nearest_on, segments
-from flightapp.planning.registry import make_evader, make_planner
+from flightapp.planning.registry import known_parameters, make_evader, make_planner
 from flightapp.sim.batch.assigning import Assigning
+from flightapp.sim.batch.facts import evader_parameters, planner_parameters
+from flightapp.sim.batch.failing import Failing
 from flightapp.sim.batch.families.layout import Layout
 from flightapp.sim.batch.records import CAPTURED, ESCAPED, FLYING, OUTCOMES
 from flightapp.sim.batch.result import Outcome, RunResult
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
     from flightapp.sim.batch.depth_sensing import DepthSensing
 
 FIRST_MODE = "hold"
+LOST_MODE = "lost"
+"""Of a pursuer that failed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,17 +76,6 @@ def fly(
     return result
 
 
-def planner_parameters(scenario: Scenario, parameters: Mapping[str, object] | None = None) -> dict[str, object]:
-    """What a pursuer's planner is made with: the scenario's facts, then its [planner.parameters], then `parameters`."""
-    return {
-        "control_period_s": scenario.control_period_s,
-        "evader_speed_assumed_m_s": scenario.evader.speed_max_m_s,
-        "capture": scenario.capture.model_dump(),
-        **scenario.planner.parameters,
-        **(parameters or {}),
-    }
-
-
 def _timed(planner: Planner, observation: Observation) -> tuple[Decision, int]:
     """The only look at the clock within an episode."""
     began_ns = monotonic_ns()
@@ -117,7 +110,9 @@ class _Flight:
         def stream(of: Stream) -> int:
             return key(scenario.family, seed, of)
 
-        self._world = World(scenario, layout, stream(Stream.WIND), stream(Stream.SENSING))
+        given, limits = planner_parameters(scenario, planner, parameters, layout), scenario.pursuers.limits()
+        sees_walls = "polygons_m" not in given
+        self._world = World(scenario, layout, stream(Stream.WIND), stream(Stream.SENSING), sees_walls)
         self._cameras = _depth_sensing(scenario, self._world, stream(Stream.SENSING))
         self._link = TeamLink(scenario, stream(Stream.MESSAGES))
         self._assigning = Assigning(scenario, stream(Stream.MESSAGES)) if scenario.messages.assignment else None
@@ -125,13 +120,12 @@ class _Flight:
         target = scenario.target
         self._target_is_truth = not (target.position_noise_m or target.velocity_noise_m_s or target.latency_s)
         self._target_is_truth = self._target_is_truth and not (target.needs_sight or target.filter)
-        given, limits = planner_parameters(scenario, parameters), scenario.pursuers.limits()
         own = stream(Stream.PLANNER)
         self._planners = [make_planner(planner, limits=limits, parameters=given, seed=own + i) for i in range(self._count)]
+        self._failing = Failing(scenario, stream(Stream.FAILURES))
         evader = scenario.evader
-        self._evader = make_evader(
-            evader.policy, limits=evader.limits(), parameters=evader.parameters, seed=stream(Stream.EVADER)
-        )
+        evader_given = evader_parameters(scenario, known_parameters(evader.policy) or frozenset(), layout)
+        self._evader = make_evader(evader.policy, limits=evader.limits(), parameters=evader_given, seed=stream(Stream.EVADER))
         self._decision_ns: list[int] = []
         self._modes: Counter[str] = Counter()
 
@@ -143,8 +137,10 @@ class _Flight:
         covariance = np.eye(6) * 1e-4
         for tick in range(round(scenario.time_limit_s / period_s)):
             t_s = tick * period_s
+            self._fail(t_s)
+            alive = self._failing.alive
             states = world.states(t_s)
-            teams = self._link.teams(tick, states, modes, etas)
+            teams = self._link.teams(tick, states, modes, etas, alive)
             seen = world.obstacles(tick)
             target = self._target(tick, t_s, states[-1], covariance)
             if self._cameras is not None:
@@ -159,6 +155,10 @@ class _Flight:
             observations.append(Observation(t_s, period_s, states[-1], teams[-1], None, seen[-1], boundary))
             decisions = []
             for i, planner in enumerate(self._planners):
+                if not alive[i]:
+                    decisions.append(Decision(np.zeros(3), None, states[i].yaw_rad, LOST_MODE, None))
+                    modes[i], etas[i] = LOST_MODE, None
+                    continue
                 decision, spent_ns = _timed(planner, observations[i])
                 decisions.append(decision)
                 self._decision_ns.append(spent_ns)
@@ -173,6 +173,13 @@ class _Flight:
             if outcome != FLYING:
                 return outcome
         return FLYING
+
+    def _fail(self, t_s: float) -> None:
+        for index in self._failing.step(t_s, self._leader):
+            self._world.remove(index)
+
+    def _leader(self) -> int | None:
+        return 0 if self._failing.alive[0] else None
 
     def _target(self, tick: int, t_s: float, evader: VehicleState, covariance: Array) -> TargetTrack | None:
         if self._target_is_truth:
@@ -208,4 +215,10 @@ class _Flight:
             mode_share={mode: self._modes[mode] / total for mode in sorted(self._modes)},
             shortest_path_m=self._layout.shortest_path_m,
             sim_wall_ns=monotonic_ns() - began_ns,
+            encircled_first_s=None if np.isnan(record["encircled_first_s"]) else float(record["encircled_first_s"]),
+            encircled_share=float(record["encircled_s"]) / end_s if end_s > 0.0 else 0.0,
+            encircled_at_capture=bool(record["encircled"]) if outcome == CAPTURED else None,
+            travel_m=float(pursuers["path_m"].sum()),
+            turning_rad=float(pursuers["turning"].sum()),
+            lost=int(pursuers["gone"].sum()),
         )

@@ -15,7 +15,8 @@ from flightapp.sim.batch.scenario import Scenario, Vehicle
 
 Records = NDArray[np.void]
 
-UNICYCLE, MULTIROTOR = 0, 1
+MODELS = ("unicycle", "multirotor", "single-integrator")
+UNICYCLE, MULTIROTOR, SINGLE_INTEGRATOR = 0, 1, 2
 FLYING, CAPTURED, COLLIDED, ESCAPED = 0, 1, 2, 3
 OUTCOMES = ("timed_out", "captured", "collided", "escaped")
 NOTHING, OBSTACLE, TEAMMATE = 0, 1, 2
@@ -39,6 +40,9 @@ VEHICLE = np.dtype(
         ("before_n", "f8"),  # at the start of the sub-step
         ("before_e", "f8"),
         ("path_m", "f8"),
+        ("turning", "f8"),  # sum of the changes of heading without their sign, rad
+        ("course", "f8"),  # of the last control period in which it moved, rad; NaN: none yet
+        ("gone", "i8"),  # 1: failed, out of the world
         ("last_vn", "f8"),  # velocity and mean acceleration of the last control period
         ("last_ve", "f8"),
         ("last_an", "f8"),
@@ -75,6 +79,8 @@ SENSOR = np.dtype(
         ("position_noise", "f8"),
         ("radius_noise", "f8"),
         ("sees_vehicles", "i8"),
+        ("sees_walls", "i8"),  # as the discs along them, the last of the discs
+        ("gone", "i8"),
     ],
     align=True,
 )
@@ -85,6 +91,10 @@ WORLD = np.dtype(
         ("sub_steps", "i8"),
         ("moving", "i8"),  # so many of the discs, the first ones, move
         ("first", "i8"),  # 1: capture by the first pursuer; 0: by encirclement
+        ("formation", "i8"),  # 1: encirclement means a regular polygon
+        ("hold_radius", "f8"),
+        ("hold_tolerance", "f8"),
+        ("gap_tolerance", "f8"),  # rad
         ("radius", "f8"),
         ("zone", "f8"),
         ("gap_min", "f8"),  # deg
@@ -101,6 +111,10 @@ WORLD = np.dtype(
         ("collided_with", "i8"),
         ("clearance", "f8"),
         ("separation", "f8"),
+        ("encircled", "i8"),  # whether the pursuers surround the evader now
+        ("encircled_first_s", "f8"),  # NaN: never yet
+        ("encircled_s", "f8"),  # for how long in all
+        ("walls", "i8"),  # so many of the sensed discs, the last ones, stand for walls
         ("target_range", "f8"),
         ("target_latency_steps", "i8"),
         ("target_needs_sight", "i8"),
@@ -132,6 +146,7 @@ def vehicle_records(layout: Layout) -> Records:
     vehicles = np.zeros(len(starts), VEHICLE)
     for vehicle, start in zip(vehicles, starts, strict=True):
         vehicle["n"], vehicle["e"], vehicle["yaw"] = start.north_m, start.east_m, start.heading_rad
+    vehicles["course"] = math.nan
     return vehicles
 
 
@@ -140,7 +155,7 @@ def frame_records(scenario: Scenario) -> Records:
     kinds: list[Vehicle] = [scenario.pursuers] * scenario.pursuers.count + [scenario.evader]
     frames = np.zeros(len(kinds), FRAME)
     for frame, kind in zip(frames, kinds, strict=True):
-        frame["model"] = UNICYCLE if kind.model == "unicycle" else MULTIROTOR
+        frame["model"] = MODELS.index(kind.model)
         frame["speed_max"], frame["acceleration_max"] = kind.speed_max_m_s, kind.acceleration_max_m_s2
         frame["yaw_rate_max"], frame["yaw_acceleration_max"] = kind.yaw_rate_max_rad_s, kind.yaw_acceleration_max_rad_s2
         frame["body_radius"] = kind.body_radius_m
@@ -153,14 +168,15 @@ def frame_records(scenario: Scenario) -> Records:
     return frames
 
 
-def sensor_records(scenario: Scenario) -> Records:
-    """How each vehicle sees discs; the evader all around it."""
+def sensor_records(scenario: Scenario, sees_walls: bool) -> Records:
+    """How each vehicle sees discs; the evader all around it. sees_walls: pursuers see the discs along walls, too."""
     sensing = scenario.sensing
     sensors = np.zeros(scenario.pursuers.count + 1, SENSOR)
     sensors["range"], sensors["half_view"] = sensing.range_m, math.radians(sensing.field_of_view_deg) / 2.0
     if sensing.kind == "depth":
         sensors["range"], sensors["half_view"] = sensing.camera.range_max_m, sensing.camera.field_of_view_rad / 2.0
     sensors["occlusion"], sensors["sees_vehicles"] = sensing.occlusion, sensing.sees_vehicles
+    sensors["sees_walls"] = sees_walls
     sensors["latency_steps"] = round(sensing.latency_s / scenario.sub_step_s)
     sensors["position_noise"], sensors["radius_noise"] = sensing.position_noise_m, sensing.radius_noise_m
     evader = sensors[-1:]
@@ -179,6 +195,10 @@ def world_record(scenario: Scenario, layout: Layout, wind_key: int, sensing_key:
         "sub_steps": scenario.sub_steps,
         "moving": int((layout.discs[:, 3:5] != 0.0).any(axis=1).sum()),
         "first": rule.mode == "first",
+        "formation": rule.mode == "formation",
+        "hold_radius": rule.hold_radius_m,
+        "hold_tolerance": rule.hold_tolerance_m,
+        "gap_tolerance": math.radians(rule.gap_tolerance_deg),
         "radius": rule.radius_m,
         "zone": rule.zone_m,
         "gap_min": rule.angular_gap_min_deg,
@@ -193,6 +213,7 @@ def world_record(scenario: Scenario, layout: Layout, wind_key: int, sensing_key:
         "sensing_key": sensing_key,
         "clearance": math.inf,
         "separation": math.inf,
+        "encircled_first_s": math.nan,
         "target_range": target.range_m,
         "target_latency_steps": round(target.latency_s / scenario.sub_step_s),
         "target_needs_sight": target.needs_sight,

@@ -41,3 +41,15 @@ class RunResult:
     """Of the first pursuer to capture, where the layout knows it."""
     sim_wall_ns: int
     """Wall time of the whole episode."""
+    encircled_first_s: float | None = None
+    """When the evader was first inside the hull of the pursuers (widest gap below pi), seen at the ends of control periods."""
+    encircled_share: float = 0.0
+    """Share of the time in which it was."""
+    encircled_at_capture: bool | None = None
+    """Whether it was when it was captured; None where it was not captured."""
+    travel_m: float = 0.0
+    """Sum of the pursuers' path lengths."""
+    turning_rad: float = 0.0
+    """Sum of the pursuers' changes of heading without their sign."""
+    lost: int = 0
+    """Pursuers that failed."""

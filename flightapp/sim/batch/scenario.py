@@ -18,6 +18,7 @@ from flightapp.planning.registry import planner_names
 from flightapp.sim.batch.depth_camera import DepthCamera
 from flightapp.sim.batch.families.dense import DenseLayout
 from flightapp.sim.batch.families.layout import FamilyLayout
+from flightapp.sim.batch.families.scatter import ScatterLayout
 from flightapp.sim.batch.families.suburban import SuburbanLayout
 from flightapp.sim.batch.families.terminal import TerminalLayout
 from flightapp.sim.batch.families.u_trap import UTrapLayout
@@ -31,8 +32,9 @@ OF_IDEAL = ("range_m", "field_of_view_deg", "occlusion", "position_noise_m", "ra
 class Vehicle(Strict):
     """What a vehicle can do. The fields from `delay_s` on are of the multirotor only."""
 
-    model: Literal["unicycle", "multirotor"] = "unicycle"
-    """`unicycle`: flies one exact arc a control period; `multirotor`: velocity loop with lag, jerk limit, delay and wind."""
+    model: Literal["unicycle", "multirotor", "single-integrator"] = "unicycle"
+    """`unicycle`: flies one exact arc a control period; `multirotor`: velocity loop with lag, jerk limit, delay and wind;
+    `single-integrator`: flies what is commanded at once."""
     speed_max_m_s: float = Field(gt=0)
     acceleration_max_m_s2: float = Field(default=6.0, gt=0)
     jerk_max_m_s3: float = Field(default=60.0, gt=0)
@@ -144,6 +146,8 @@ class Messages(Strict):
     """Of each message on its way to each teammate."""
     assignment: bool = False
     """Whether a leader assigns the sides from which pursuers close in; else each finds its own from where all are."""
+    election: bool = False
+    """Whether the leader is elected, and another one when it fails; else p1 leads, and after it nobody."""
 
 
 class Wind(Strict):
@@ -164,6 +168,24 @@ class Planner(Strict):
 
     parameters: dict[str, Any] = Field(default_factory=dict)
     """Facts of the vehicles and the rules, not choices of one planner."""
+    own: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    """Parameters of single planners by name."""
+
+    @field_validator("own")
+    @classmethod
+    def _are_known(cls, own: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+        for planner in own:
+            if planner not in planner_names():
+                raise ValueError(f"'{planner}' is no planner; known: {', '.join(planner_names())}")
+        return own
+
+
+class Failure(Strict):
+    """A pursuer that is silent, decides nothing and is gone from the world from a time on."""
+
+    vehicle: str = Field(pattern=r"^(p[1-9]\d{0,2}|random|leader)$")
+    """p1, p2, ...; `leader`: who leads then; `random`: one of the others, by the seed."""
+    t_s: float = Field(ge=0)
 
 
 class Campaign(Strict):
@@ -202,6 +224,7 @@ class Scenario(Strict):
     target: Target = Target()
     messages: Messages = Messages()
     wind: Wind = Wind()
+    failures: tuple[Failure, ...] = ()
     planner: Planner = Planner()
     campaign: Campaign = Campaign()
 
@@ -224,9 +247,21 @@ class Scenario(Strict):
         if self.sensing.kind == "depth" and self.sensing.camera.rate_hz * self.sub_step_s > 1.0 + 1e-9:
             rate_hz, fastest_hz = self.sensing.camera.rate_hz, 1.0 / self.sub_step_s
             raise ValueError(f"sensing.camera.rate_hz = {rate_hz}: at most {fastest_hz:g}, one frame each sub_step_s")
-        if self.wind.blows and self.pursuers.model == "unicycle":
-            raise ValueError("wind: pursuers.model = 'unicycle' does not feel wind; set it to 'multirotor' or leave the wind out")
+        if self.wind.blows and self.pursuers.model != "multirotor":
+            model = self.pursuers.model
+            raise ValueError(f"wind: pursuers.model = '{model}' does not feel wind; set it to 'multirotor' or leave the wind out")
+        self._check_failures()
         return self
+
+    def _check_failures(self) -> None:
+        for failure in self.failures:
+            if failure.vehicle == "leader" and not self.messages.assignment:
+                raise ValueError("failures.vehicle = 'leader': nobody leads; set messages.assignment = true or name a vehicle")
+            last = self.pursuers.count
+            if failure.vehicle[0] == "p" and int(failure.vehicle[1:]) > last:
+                raise ValueError(f"failures.vehicle = '{failure.vehicle}': pursuers.count = {last}; name p1 to p{last}")
+        if self.failures and self.sensing.kind == "depth":
+            raise ValueError("failures: sensing.kind = 'depth' would go on showing those that failed; set it to 'ideal'")
 
 
 class DenseScenario(Scenario):
@@ -244,6 +279,11 @@ class TerminalScenario(Scenario):
     layout: TerminalLayout = TerminalLayout()
 
 
+class ScatterScenario(Scenario):
+    family: Literal["scatter"]
+    layout: ScatterLayout
+
+
 class SuburbanScenario(Scenario):
     family: Literal["suburban"]
     layout: SuburbanLayout = SuburbanLayout()
@@ -254,6 +294,7 @@ FAMILIES: Mapping[str, type[Scenario]] = {
     "u-trap": UTrapScenario,
     "terminal": TerminalScenario,
     "suburban": SuburbanScenario,
+    "scatter": ScatterScenario,
 }
 
 

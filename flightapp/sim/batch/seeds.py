@@ -18,6 +18,7 @@ class Stream(IntEnum):
     WIND = 4
     TARGET = 5
     PLANNER = 6
+    FAILURES = 7
 
 
 def sequence(family: str, seed: int, stream: Stream) -> np.random.SeedSequence:

@@ -73,7 +73,10 @@ def _look(
     t_s = step * w.sub_step_s
     count = 0
     total = len(discs) + (len(pose) if sensor.sees_vehicles == 1 else 0)
+    open_air = len(discs) - w.walls if sensor.sees_walls == 0 else len(discs)
     for k in range(total):
+        if open_air <= k < len(discs):
+            continue
         if k < w.moving:
             disc_n, disc_e, vn, ve = disc_at(discs, k, area, t_s)
             radius = discs[k, 2]
@@ -81,7 +84,7 @@ def _look(
             disc_n, disc_e, vn, ve, radius = discs[k, 0], discs[k, 1], 0.0, 0.0, discs[k, 2]
         else:
             other = k - len(discs)
-            if other == i:
+            if other == i or sensors[other].gone == 1:
                 continue
             disc_n, disc_e, vn, ve = pose[other, 0], pose[other, 1], 0.0, 0.0
             radius = frames[other].body_radius
@@ -133,6 +136,8 @@ def target_in_sight(world: Records, sensors: Records, discs: Array, area: Array,
     last = len(pose) - 1
     t_s = step * w.sub_step_s
     for i in range(last):
+        if sensors[i].gone == 1:
+            continue
         n, e = pose[i, 0], pose[i, 1]
         dn, de = pose[last, 0] - n, pose[last, 1] - e
         length2 = dn * dn + de * de

@@ -21,6 +21,7 @@ class _Sent(NamedTuple):
     states: list[VehicleState]
     modes: list[str]
     etas: list[float | None]
+    alive: list[bool]
 
 
 class TeamLink:
@@ -33,33 +34,36 @@ class TeamLink:
         self._delay = math.ceil(scenario.messages.delay_s / self._period_s - 1e-9)
         self._loss = scenario.messages.loss_probability
         self._key = key
-        self._ideal = self._delay == 0 and self._loss == 0.0
+        self._ideal = self._delay == 0 and self._loss == 0.0 and not scenario.failures
         self._sent: deque[_Sent] = deque(maxlen=self._delay + 1)
         self._heard: list[list[tuple[int, TeamMember]]] = []
 
     def teams(
-        self, tick: int, states: list[VehicleState], modes: list[str], etas: list[float | None]
+        self, tick: int, states: list[VehicleState], modes: list[str], etas: list[float | None], alive: list[bool]
     ) -> list[tuple[TeamMember, ...]]:
-        """Each pursuer's teammates at control period `tick`, in which `states` are true and sent; last, all, as they are."""
+        """Each pursuer's teammates at control period `tick`, in which `states` are true and sent; last, all that live, as they
+        are. Who is not `alive` sends nothing.
+        """
         members = [TeamMember(self._names[j], states[j], modes[j], etas[j], 0.0) for j in range(self._count)]
         everyone = tuple(members)
         if self._ideal:
             return [*(everyone[:i] + everyone[i + 1 :] for i in range(self._count)), everyone]
-        self._transmit(tick, states, modes, etas)
+        self._transmit(tick, _Sent(states[: self._count], list(modes), list(etas), list(alive)))
         now_s = tick * self._period_s
-        return [*(tuple(self._known(i, tick, now_s)) for i in range(self._count)), everyone]
+        living = tuple(member for member, lives in zip(members, alive, strict=True) if lives)
+        return [*(tuple(self._known(i, tick, now_s)) for i in range(self._count)), living]
 
-    def _transmit(self, tick: int, states: list[VehicleState], modes: list[str], etas: list[float | None]) -> None:
+    def _transmit(self, tick: int, sent: _Sent) -> None:
         if not self._heard:
-            start = _Sent(states[: self._count], list(modes), list(etas))
+            start, states, modes, etas = sent, sent.states, sent.modes, sent.etas
             self._sent.extend([start] * self._delay)
             first = [TeamMember(self._names[j], states[j], modes[j], etas[j], 0.0) for j in range(self._count)]
             self._heard = [[(-self._delay, member) for member in first] for _ in range(self._count)]
-        self._sent.append(_Sent(states[: self._count], list(modes), list(etas)))
+        self._sent.append(sent)
         arriving, sent_at = self._sent[0], tick - self._delay
         for i in range(self._count):
             for j in range(self._count):
-                if i != j and uniform(self._key, sent_at + self._delay, i, j) >= self._loss:
+                if i != j and arriving.alive[j] and uniform(self._key, sent_at + self._delay, i, j) >= self._loss:
                     member = TeamMember(self._names[j], arriving.states[j], arriving.modes[j], arriving.etas[j], 0.0)
                     self._heard[i][j] = (sent_at, member)
 

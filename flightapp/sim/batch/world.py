@@ -19,6 +19,8 @@ from flightapp.sim.batch.records import (
 )
 from flightapp.sim.batch.scenario import Scenario
 from flightapp.sim.batch.sensing import sense
+from flightapp.sim.batch.surrounding import measure_encirclement
+from flightapp.sim.batch.walls import cover_discs, edge_rows
 
 NOTHING_UNSEEN = np.zeros((0, 2))
 
@@ -26,17 +28,22 @@ NOTHING_UNSEEN = np.zeros((0, 2))
 class World:
     """Truth of one episode: pursuers first, the evader last."""
 
-    def __init__(self, scenario: Scenario, layout: Layout, wind_key: int, sensing_key: int) -> None:
+    def __init__(self, scenario: Scenario, layout: Layout, wind_key: int, sensing_key: int, sees_walls: bool = False) -> None:
+        """sees_walls: pursuers see the layout's polygons as discs along their edges."""
         moving = (layout.discs[:, 3:5] != 0.0).any(axis=1)
         self.discs = np.ascontiguousarray(np.concatenate((layout.discs[moving], layout.discs[~moving])))
+        self._walls = edge_rows(layout.polygons)
+        along_walls = cover_discs(layout.polygons)
+        self._sensed = np.concatenate((self.discs, along_walls))
         self.record = world_record(scenario, layout, wind_key, sensing_key)
         self.vehicles = vehicle_records(layout)
         self._frames = frame_records(scenario)
-        self._sensors = sensor_records(scenario)
+        self.record["walls"] = len(along_walls)
+        self._sensors = sensor_records(scenario, sees_walls)
         area = layout.area
         self.area = np.array((area.north_min_m, area.north_max_m, area.east_min_m, area.east_max_m))
         self._sides = np.array([[*a, *b] for a, b in segments(layout.boundary)])
-        count, rows = len(self.vehicles), len(self.discs) + len(self.vehicles)
+        count, rows = len(self.vehicles), len(self._sensed) + len(self.vehicles)
         latest = max(int(self._sensors["latency_steps"].max()), int(self.record["target_latency_steps"][0]))
         if scenario.sensing.kind == "depth":
             latest += 2 * scenario.sub_steps  # frames of the last control period, with the acceleration that led to them
@@ -53,6 +60,7 @@ class World:
         self._states = np.zeros((2 * count, 3))
         self._states[::2, 0], self._states[::2, 1], self._states[::2, 2] = self.vehicles["n"], self.vehicles["e"], DOWN_M
         keep_pose(self.vehicles, self.poses, 0)
+        measure_encirclement(self.record, self.vehicles, 0.0, 0.0)
 
     def states(self, t_s: float) -> list[VehicleState]:
         """True state of every vehicle, in arrays that stay as they are."""
@@ -67,7 +75,7 @@ class World:
             self.record,
             self._sensors,
             self._frames,
-            self.discs,
+            self._sensed,
             self.area,
             self.poses,
             self._views,
@@ -82,6 +90,13 @@ class World:
             sectors = NOTHING_UNSEEN if self._sees_all_around[i] else unseen[i : i + 1]
             seen.append(ObstacleSet(step * self._sub_step_s, self._rows[i, :count].copy(), sectors))
         return seen
+
+    def remove(self, index: int) -> None:
+        """Take vehicle `index` out of the world: nothing touches it any more, and it counts for nothing."""
+        self.vehicles[index]["gone"] = self._sensors[index]["gone"] = 1
+        self.vehicles[index]["vn"] = self.vehicles[index]["ve"] = 0.0
+        self._states = self._states.copy()
+        self._states[2 * index + 1] = 0.0
 
     @property
     def target_seen(self) -> bool:
@@ -101,6 +116,7 @@ class World:
             self._frames,
             self._commands,
             self.discs,
+            self._walls,
             self.area,
             self._sides,
             self.poses,

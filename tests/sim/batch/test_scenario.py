@@ -35,9 +35,9 @@ def test_overrides_are_toml_values_or_plain_text() -> None:
     ("field", "value", "sentence"),
     [
         ("sensing.field_of_view_deg", "400", "sensing.field_of_view_deg = 400: must be at most 360"),
-        ("pursuers.model", "rocket", "pursuers.model = 'rocket': must be 'unicycle' or 'multirotor'"),
+        ("pursuers.model", "rocket", "pursuers.model = 'rocket': must be 'unicycle', 'multirotor' or 'single-integrator'"),
         ("sensing.rnge_m", "5", "sensing.rnge_m = 5: unknown field; did you mean 'range_m'?"),
-        ("family", "desert", "family = 'desert': must be one of dense, suburban, terminal, u-trap"),
+        ("family", "desert", "family = 'desert': must be one of dense, scatter, suburban, terminal, u-trap"),
         ("layout.depth_m", "5", "layout.depth_m = 5: unknown field"),
         ("sub_step_s", "0.03", "sub_step_s = 0.03: control_period_s = 0.1 must be a multiple of it"),
         ("wind.gust_m_s", "2", "wind: pursuers.model = 'unicycle' does not feel wind"),

@@ -52,6 +52,8 @@ class Layout:
     area: Area
     shortest_path_m: float | None = None
     """Of the first pursuer to the evader's start, around the discs."""
+    polygons: tuple[Array, ...] = ()
+    """Convex ones that stand in the way, (k, 2) north, east each."""
 
 
 class FamilyLayout(Strict):
