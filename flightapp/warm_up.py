@@ -27,6 +27,8 @@ WHOLE = (
     "flightapp.planning.evasion.avoidance",
     "flightapp.estimation.target_filter",
     "flightapp.safety.supervisor",
+    "perception.free_space",
+    "flightapp.sim.world",
     "flightapp.planning.evasion.voronoi_cell",
     "flightapp.planning.encirclement.planner",
     "flightapp.space.world",

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+from flightapp import warm_up
 from perception import kernel_cache
 
 INNER = """
@@ -71,3 +73,18 @@ def test_every_kernel_is_made_by_the_one_rule_of_freshness() -> None:
         if re.search(r"numba\.(njit|jit|vectorize|guvectorize)\b|from numba import [^\n]*jit", file.read_text())
     ]
     assert elsewhere == ["perception/kernel_cache.py"]
+
+
+def test_installation_compiles_every_kernel() -> None:
+    """What it does not reach would be compiled in a vehicle's process, at the field."""
+    root = Path(__file__).parents[2]
+    with_kernels = {
+        ".".join(file.relative_to(root).with_suffix("").parts)
+        for package in ("flightapp", "perception")
+        for file in (root / package).rglob("*.py")
+        if re.search(r"^@(njit|compiled)\b", file.read_text(), re.MULTILINE)
+    }
+    names = (*warm_up.PARTS, *warm_up.WHOLE)
+    program = f"import importlib, sys\nfor name in {names}: importlib.import_module(name)\nprint(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
+    assert with_kernels - set(loaded) == set()
