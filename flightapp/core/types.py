@@ -85,13 +85,33 @@ class Limits:
 
 
 @dataclass(frozen=True, slots=True)
+class Rendezvous:
+    """Where the team is to meet the evader on its way, and the own slot about that place; mission frame, planar."""
+
+    north_m: float
+    east_m: float
+    heading_rad: float
+    """The evader's course on arrival, clockwise from north."""
+    radius_m: float
+    """Of the ring of slots."""
+    slots: int
+    """How many there are."""
+    slot: int
+    """The own one; below 0: behind the evader, as the so-manieth who trails it."""
+    closing: bool
+    """The ring is around the evader, and moves with it."""
+
+
+@dataclass(frozen=True, slots=True)
 class Assignment:
     """The own part of the team's plan: from which side to close in on the evader, and when all are to be there."""
 
     bearing_rad: float
-    """Seen from the evader, clockwise from north."""
+    """Seen from the evader, clockwise from north; with a rendezvous seen from there."""
     arrival_s: float
     """On the observation's clock."""
+    rendezvous: Rendezvous | None = None
+    """Of plans that meet the evader somewhere on its way."""
 
 
 @dataclass(frozen=True, slots=True)
