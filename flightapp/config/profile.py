@@ -100,6 +100,9 @@ class Network(Strict):
     access_control: bool = True
     """With certificates: every vehicle writes under its own name only, and only an operator commands."""
     state_rate_hz: float = Field(default=20.0, ge=1, le=50)
+    """Of the own state to those for whom it matters."""
+    fleet_kbit_s_max: float = Field(default=1000.0, gt=0, le=1_000_000)
+    """What the whole fleet may send: in a large one mates far away get a quarter of the states."""
 
     @field_validator("listen_endpoints", "connect_endpoints")
     @classmethod

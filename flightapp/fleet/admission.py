@@ -38,19 +38,23 @@ class Admission:
         self.ahead_s = 0.0
         """How far the newest message, taken or not, was stamped ahead of the own clock."""
         self._raw_s = 0.0
+        self._sequence_of: dict[bool, int] = {}
         self._taken_s = 0.0
 
     @property
     def rejected(self) -> int:
         return sum(self.counts.values()) - self.counts[Verdict.TAKEN]
 
-    def judge(self, header: Header, clock_ahead_s: float, now_s: float) -> Verdict:
-        """Count the message with `header`, corrected by `clock_ahead_s`, that was received at `now_s`."""
-        verdict = self._judge(header, header.sent_s + clock_ahead_s, now_s)
+    def judge(self, header: Header, clock_ahead_s: float, now_s: float, *, addressed: bool = False) -> Verdict:
+        """Count the message with `header`, corrected by `clock_ahead_s`, that was received at `now_s`.
+
+        addressed: it was for this machine alone. Those are numbered by themselves.
+        """
+        verdict = self._judge(header, header.sent_s + clock_ahead_s, now_s, addressed)
         self.counts[verdict] += 1
         return verdict
 
-    def _judge(self, header: Header, raw_s: float, now_s: float) -> Verdict:
+    def _judge(self, header: Header, raw_s: float, now_s: float, addressed: bool) -> Verdict:
         self.ahead_s = header.sent_s - now_s
         if self.ahead_s > FUTURE_TOLERANCE_S:
             return Verdict.FUTURE
@@ -58,8 +62,8 @@ class Admission:
             return Verdict.LATE
         newest = self.newest
         if newest is not None and now_s - self._taken_s <= self._age_max_s + FUTURE_TOLERANCE_S and raw_s <= self._raw_s:
-            return Verdict.REPEATED if header.sequence == newest.sequence else Verdict.REORDERED
-        if newest is not None:
-            self.lost += max(0, header.sequence - newest.sequence - 1)
+            return Verdict.REPEATED if header.sequence == self._sequence_of.get(addressed) else Verdict.REORDERED
+        self.lost += max(0, header.sequence - self._sequence_of.get(addressed, header.sequence) - 1)
+        self._sequence_of[addressed] = header.sequence
         self.newest, self._raw_s, self._taken_s = header, raw_s, now_s
         return Verdict.TAKEN

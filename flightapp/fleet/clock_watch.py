@@ -23,6 +23,8 @@ QUICK_PERIOD_S = 0.1
 """Between questions to everybody while little is known of the clocks."""
 QUICK_ROUNDS = 10
 PERIOD_S = 1.0
+PERIOD_PER_MACHINE_S = 0.5
+"""In a large fleet each machine is asked less often: crystals drift apart by 0.1 ms a second at most."""
 ANSWER_TIMEOUT_S = 0.5
 WAITING_MAX = 256
 
@@ -41,13 +43,13 @@ class ClockWatch:
 
     async def run(self) -> None:
         """Ask until cancelled. A question costs the calling thread a fraction of a millisecond and waits for nothing."""
-        rounds = 0
+        rounds, period_s = 0, max(PERIOD_S, PERIOD_PER_MACHINE_S * len(self._post.others))
         while True:
             for other in self._post.others:
                 self._ask(other)
                 await asyncio.sleep(0)
             rounds += 1
-            await asyncio.sleep(PERIOD_S if rounds >= QUICK_ROUNDS and self.offsets else QUICK_PERIOD_S)
+            await asyncio.sleep(period_s if rounds >= QUICK_ROUNDS and self.offsets else QUICK_PERIOD_S)
 
     def poll(self, now_s: float) -> None:
         """Take the answers that came since the last poll."""

@@ -39,7 +39,7 @@ class Peers:
     """Polled; keeps the newest only."""
 
     def __init__(self, post: Post) -> None:
-        self._states, self._intents = post.inlet(STATE), post.inlet(INTENT)
+        self._states, self._intents = post.inlet(STATE, addressed=True), post.inlet(INTENT)
         self._intent_of: dict[str, Intent] = {}
         self.by_name = {name: Peer(admission) for name, admission in self._states.senders.items()}
 

@@ -11,8 +11,8 @@ from flightapp.fleet.messages import keys
 from flightapp.fleet.post import WAITING_MAX, Post
 
 LOST_AGE_S = 0.7
-LOST_PERIODS = 5
-"""Of the last state of a vehicle that counts as lost: 14 messages in a row at 20 Hz."""
+LOST_PERIODS = 4.5
+"""Of the last state of a vehicle that counts as lost: 14 messages in a row at 20 Hz, 4 at 5 Hz."""
 
 
 def lost_age_s(state_rate_hz: float) -> float:

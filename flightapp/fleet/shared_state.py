@@ -33,6 +33,8 @@ class SharedState:
     guards: tuple[str, ...]
     system_id: int
     goal_ned_m: tuple[float, float, float] | None
+    due_s: float = 0.0
+    """When the next state is due at the latest, from `sent_s`; 0: not told."""
 
 
 def join(header: Header, state: State, intent: Intent) -> SharedState:
@@ -58,4 +60,5 @@ def join(header: Header, state: State, intent: Intent) -> SharedState:
         guards=intent.guards,
         system_id=intent.system_id,
         goal_ned_m=intent.goal_ned_m,
+        due_s=state.due_s,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 
 import zenoh
 
@@ -14,7 +14,7 @@ from flightapp.fleet.messages.intent import INTENT, Intent
 from flightapp.fleet.messages.keys import command_key
 from flightapp.fleet.messages.state import STATE, State
 from flightapp.fleet.peers import Peers
-from flightapp.fleet.post import Post
+from flightapp.fleet.post import HELD_MAX_S, Post
 
 INTENT_PERIOD_S = 0.5
 INTENT_GAP_MIN_S = 0.1
@@ -49,22 +49,27 @@ class Team:
         self._answered: OrderedDict[str, Acknowledgement] = OrderedDict()
         self._others = Peers(self.post)
         self.peers = self._others.by_name
-        self._states, self._intents = self.post.outlet(STATE), self.post.outlet(INTENT)
+        self._states, self._intents = self.post.outlet(STATE, addressed=True), self.post.outlet(INTENT)
         self._intent: Intent | None = None
         self._intent_sent_s = -math.inf
         self._commands = session.declare_queryable(command_key(fleet, name), zenoh.handlers.RingChannel(COMMANDS_WAITING))
 
-    def publish(self, state: State, intent: Intent, now_s: float) -> None:
-        """Send `state`, and `intent` where it is another one or is due."""
+    def publish(self, state: State, intent: Intent, now_s: float, to: Collection[str] | None = None) -> None:
+        """Send `state` to everybody, or to some alone, and `intent` to everybody where it is another one or is due."""
         since_s = now_s - self._intent_sent_s
         if since_s >= INTENT_PERIOD_S or (since_s >= INTENT_GAP_MIN_S and _is_news(self._intent, intent)):
             self._intent, self._intent_sent_s = intent, now_s
             self._intents.put(intent, now_s)
-        self._states.put(state, now_s)
+        if to is None:
+            self.post.release(now_s)
+            self._states.put(state, now_s)
+        else:
+            self._states.put_to(to, state, now_s)
 
     def poll(self, now_s: float) -> None:
         """Take what arrived since the last poll."""
         self._others.poll(now_s)
+        self.post.release(now_s, HELD_MAX_S)
 
     def take_commands(self, now_s: float, accept: Callable[[Command], tuple[bool, str]]) -> list[tuple[Command, Acknowledgement]]:
         """Answer every waiting operator command; a repeat gets the first answer again and changes nothing.

@@ -344,7 +344,7 @@ class ControlLoop:
             clearance_m=self._clearance_m,
             guards=self._guards,
         )
-        self._rooms.team.publish(state, intent, now_s)
+        self._teamwork.tell(state, intent, now_s)
 
     def _record_slow(self, now_s: float) -> None:
         """What is recorded less often than every tick: on change or by period."""

@@ -12,6 +12,7 @@ from flightapp.fleet.election.core import Election
 from flightapp.fleet.election.memory import Memory, MemoryFile
 from flightapp.fleet.election.timing import Timing
 from flightapp.fleet.messages.election import ELECTION
+from flightapp.fleet.telling import BeaconTelling
 from flightapp.runtime.rooms import Rooms
 
 BEACONS_WAITING = 4
@@ -36,8 +37,8 @@ class Leadership:
             self._election = Election(
                 rooms.vehicle.name, pursuers, Timing(), rooms.clock.now_s(), self._stored, seed=rooms.vehicle.system_id
             )
-            self._outlet = rooms.team.post.outlet(ELECTION)
-            self._inlet = rooms.team.post.inlet(ELECTION, depth=BEACONS_WAITING)
+            self._telling = BeaconTelling(rooms.team.post)
+            self._inlet = rooms.team.post.inlet(ELECTION, depth=BEACONS_WAITING, addressed=True)
         self._told: tuple[str, int] | None = None
         self._complained = False
 
@@ -62,7 +63,7 @@ class Leadership:
         beacons = self._election.step(now_s, self._inlet.take(now_s))
         if self._remembers(self._election.memory):
             for beacon in beacons:
-                self._outlet.put(beacon, now_s)
+                self._telling.tell(beacon, now_s)
         self._tell_changes()
 
     def _remembers(self, memory: Memory) -> bool:

@@ -17,6 +17,7 @@ from flightapp.estimation.measurement import Measurement, seen, told
 from flightapp.estimation.refiltering import GATES_SEEN
 from flightapp.estimation.sighting_noise import sighting_sigma_m
 from flightapp.fleet.messages.sighting import SIGHTING, Sighting, as_heard
+from flightapp.fleet.shared_state import SharedState
 from flightapp.runtime.perception_thread import Perceived
 from flightapp.runtime.rooms import Rooms
 from flightapp.runtime.teamwork import CUT_OUT_MARGIN_M, Teamwork
@@ -47,7 +48,7 @@ class TargetFusion:
         self._is_pursuer = rooms.vehicle.role != "evader"
         self._outlet = rooms.team.post.outlet(SIGHTING)
         self._inlet = rooms.team.post.inlet(SIGHTING, depth=SIGHTINGS_WAITING)
-        self._told_sequence = -1
+        self._told: SharedState | None = None
         self._told_s = -math.inf
         self._frame: int | None = None
         self._sighted_s = -math.inf
@@ -72,9 +73,9 @@ class TargetFusion:
 
     def _take_telemetry(self, now_s: float) -> None:
         state = self._teamwork.evader_state()
-        if state is None or state.sequence == self._told_sequence:
+        if state is None or state is self._told:
             return
-        self._told_sequence, self._told_s = state.sequence, state.t_s
+        self._told, self._told_s = state, state.t_s
         position, velocity = state.position_ned_m, state.velocity_ned_m_s
         measurement = told(state.t_s, position, velocity, TOLD_POSITION_SIGMA_M, TOLD_VELOCITY_SIGMA_M_S)
         self._take(measurement, "telemetry", state.vehicle, position[:2], TOLD_POSITION_SIGMA_M, now_s)

@@ -10,12 +10,16 @@ from collections.abc import Collection
 
 import numpy as np
 
-from flightapp.core.types import Array, Decision, TargetTrack, TeamMember, VehicleState
+from flightapp.config.profile import Profile
+from flightapp.core.types import Array, Decision, Limits, TargetTrack, TeamMember, VehicleState
 from flightapp.fleet.messages.intent import Intent
 from flightapp.fleet.messages.state import State
 from flightapp.fleet.roster import Roster, lost_age_s
 from flightapp.fleet.shared_state import SharedState
+from flightapp.fleet.state_rates import Need, StateRates, fast_count
+from flightapp.fleet.telling import StateTelling
 from flightapp.runtime.rooms import Rooms
+from flightapp.safety.braking import horizontal_braking
 
 ACTIVE_PHASES = ("ready", "pursue")
 FORGOTTEN_S = 10.0
@@ -23,6 +27,8 @@ EXTRAPOLATION_MAX_S = 0.5
 CUT_OUT_MARGIN_M = 0.4
 LEFT_AGE_MAX_S = 0.2
 """Of the last state of a vehicle whose liveliness token went: a few periods, in which one may be lost without harm."""
+LEFT_PERIODS = 2.0
+"""The same for who sends rarely."""
 
 
 class Teamwork:
@@ -33,6 +39,8 @@ class Teamwork:
         self._roles = {vehicle.name: vehicle.role for vehicle in rooms.mission.vehicles}
         self._silent: set[str] = set()
         self._roster = Roster(rooms.team.post)
+        self._rates = state_rates(len(rooms.mission.vehicles), rooms.profile, rooms.limits)
+        self._telling = StateTelling(rooms.team, self._rates)
 
     @property
     def silent(self) -> Collection[str]:
@@ -93,7 +101,6 @@ class Teamwork:
 
     def note_silence(self, now_s: float) -> None:
         """An event when a vehicle that was heard falls silent, and when it is heard again."""
-        lost_s = lost_age_s(self._rooms.profile.network.state_rate_hz)
         for name in self._roster.poll():
             self._rooms.journal.event("warning", "network", f"{name} is on the fleet's network and not of the mission", peer=name)
         for name, peer in self._rooms.team.peers.items():
@@ -101,13 +108,22 @@ class Teamwork:
             if state is None or state.phase == "done":
                 continue
             age_s = now_s - state.t_s
-            limit_s = LEFT_AGE_MAX_S if name in self._roster.left else lost_s
+            limit_s = self._silence_max_s(state, left=name in self._roster.left)
             if age_s > limit_s and name not in self._silent:
                 self._silent.add(name)
                 self._rooms.journal.event("warning", "teammate_lost", f"{name} silent for {age_s:.1f} s", peer=name)
             elif age_s <= limit_s and name in self._silent:
                 self._silent.remove(name)
                 self._rooms.journal.event("info", "teammate_back", f"{name} is heard again", peer=name)
+
+    def _silence_max_s(self, state: SharedState, *, left: bool) -> float:
+        """Age of the newest state of a mate from which on it counts as lost: by when it said that the next one is due."""
+        period_s = max(state.due_s, self._rates.period_s)
+        return max(LEFT_AGE_MAX_S, LEFT_PERIODS * period_s) if left else lost_age_s(1.0 / period_s)
+
+    def tell(self, state: State, intent: Intent, now_s: float) -> None:
+        """Send the own state and intent to those who are to have them now; to be called once a state period."""
+        self._telling.tell(state, intent, now_s)
 
     def describe(
         self,
@@ -149,6 +165,20 @@ class Teamwork:
             guards=guards,
         )
         return motion, intent
+
+
+def state_rates(vehicles: int, profile: Profile, limits: Limits) -> StateRates:
+    """Of each of so many vehicles: separation and braking are those of the guard, the budget is the profile's."""
+    network, safety = profile.network, profile.safety
+    need = Need(
+        keep_m=safety.separation_min_m + safety.separation_buffer_m + safety.separation_passing_m,
+        acceleration_max_m_s2=limits.acceleration_max_m_s2,
+        widening_max_m=safety.team_widening_max_m,
+        stop_m=horizontal_braking(limits, safety).stop_m,
+        silent_s=safety.team_state_age_max_s,
+    )
+    count = fast_count(vehicles, network.state_rate_hz, network.fleet_kbit_s_max)
+    return StateRates(network.state_rate_hz, count, need)
 
 
 def _planar_distance(state: VehicleState, target: TargetTrack) -> float:

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 import zenoh
 
-from flightapp.config.profile import Network
+from flightapp.config.profile import Network, load_profile
 from flightapp.core.clock import SystemClock
 from flightapp.fleet.clock_watch import ClockWatch
 from flightapp.fleet.roster import Roster
@@ -54,6 +54,7 @@ class Watching:
             journal=self.events,
             profile=SimpleNamespace(safety=SafetyParameters(), network=Network()),
             mission=SimpleNamespace(vehicles=[SimpleNamespace(name="p2", role="pursuer")]),
+            limits=load_profile(Path("profiles/sim.toml")).limits,
         )
         self.teamwork = Teamwork(rooms)
         self.roster = Roster(self.team.post)

@@ -124,7 +124,7 @@ def test_thresholds_are_those_by_which_the_vehicles_judge_each_other() -> None:
     profile = load_profile(MISSION_FILE.parents[1] / "profiles/sim.toml")
     assert Thresholds().lost_age_s == thresholds_of(profile).lost_age_s == 0.7
     slow = profile.model_copy(update={"network": profile.network.model_copy(update={"state_rate_hz": 2.0})})
-    assert thresholds_of(slow).lost_age_s == 2.5
+    assert thresholds_of(slow).lost_age_s == 2.25
     assert thresholds_of(profile).clearance_min_m == profile.limits.safety_margin_m
 
 

@@ -22,7 +22,8 @@ from flightapp.fleet.messages.units import Name
 
 MAJOR_VERSION = 2
 """1 was JSON."""
-MINOR_VERSION = 0
+MINOR_VERSION = 1
+"""1: a state tells when the next one is due."""
 PAYLOAD_MAX_BYTES = 1024
 """Fits one datagram; everything larger is refused before it is looked at."""
 
@@ -55,6 +56,8 @@ class Delivery:
 
 SAFETY = Delivery(zenoh.Priority.REAL_TIME, zenoh.Reliability.BEST_EFFORT, express=True)
 """For what is old in a moment: the next one replaces it."""
+RIDERS = Delivery(zenoh.Priority.REAL_TIME, zenoh.Reliability.BEST_EFFORT, express=False)
+"""As urgent, but sent a moment before something else: Zenoh puts them into the same packet."""
 DECISIONS = Delivery(zenoh.Priority.INTERACTIVE_HIGH, zenoh.Reliability.RELIABLE, express=True)
 """For what others wait for."""
 ADVICE = Delivery(zenoh.Priority.DATA, zenoh.Reliability.BEST_EFFORT, express=False)
@@ -72,6 +75,8 @@ class Kind(Generic[M, W]):
     delivery: Delivery
     age_max_s: float
     """Older ones are dropped on arrival, by the corrected stamp."""
+    rides: bool = False
+    """Waits for the next state to everybody where that saves packets (`Post.holds`), the newest instead of all before it."""
 
 
 class _Envelope(msgspec.Struct, Generic[W], array_like=True, frozen=True):

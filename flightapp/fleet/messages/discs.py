@@ -7,7 +7,7 @@ from typing import Annotated
 
 import msgspec
 
-from flightapp.fleet.messages.codec import ADVICE, Header, Kind
+from flightapp.fleet.messages.codec import RIDERS, Header, Kind
 from flightapp.fleet.messages.units import Centimetres, Milliseconds, centimetres, metres, since, stamp
 
 DISCS_MAX = 12
@@ -75,4 +75,4 @@ def _disc(one: _DiscWire) -> Disc:
     )
 
 
-DISCS = Kind("discs", _Wire, _pack, _unpack, ADVICE, age_max_s=2.0)
+DISCS = Kind("discs", _Wire, _pack, _unpack, RIDERS, age_max_s=2.0, rides=True)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import msgspec
 
-from flightapp.fleet.messages.codec import SAFETY, Header, Kind
+from flightapp.fleet.messages.codec import RIDERS, Header, Kind
 from flightapp.fleet.messages.units import (
     Centimetres,
     Milliseconds,
@@ -86,4 +86,4 @@ def _unpack(wire: _Wire, header: Header) -> Intent:
     )
 
 
-INTENT = Kind("intent", _Wire, _pack, _unpack, SAFETY, age_max_s=5.0)
+INTENT = Kind("intent", _Wire, _pack, _unpack, RIDERS, age_max_s=5.0, rides=True)

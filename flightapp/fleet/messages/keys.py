@@ -1,8 +1,10 @@
 """The key space of a fleet: `flightapp/<fleet>/<vehicle>/<kind>`, one writer a key.
 
+What is for one of the others alone stands at `flightapp/<fleet>/<vehicle>/<kind>/<receiver>`: the writer is the same.
+
 | kind     | writer, form             | sent                           | what it is                                         |
 |----------|--------------------------|--------------------------------|----------------------------------------------------|
-| state    | the vehicle, publication | 20 Hz (`state_rate_hz`)        | motion, phase, outcome                             |
+| state    | the vehicle, publication | 20 Hz (`state_rate_hz`), see below | motion, phase, outcome                         |
 | intent   | the vehicle, publication | on change and 2 Hz             | mode, goal, arrival time, guards, mission's digest |
 | sighting | the vehicle, publication | when its camera sees the target | where the target was seen, and how well           |
 | discs    | the vehicle, publication | a few times a second           | obstacles that others may meet, 12 at most         |
@@ -12,6 +14,8 @@
 | alive    | the vehicle, liveliness  | while its session lives        | token without content                              |
 | clock    | the vehicle, queryable   | asked by others, once a second | fleet time of the vehicle that answers             |
 | command  | the vehicle, queryable   | asked by operators             | operator's wish; the reply acknowledges it         |
+
+In a large team mates for whom it does not matter get a quarter of the states: `flightapp.fleet.state_rates`.
 
 All content but that of `alive` and the question of `clock` has the form of `codec`. Vehicle and fleet are names of the mission.
 """
@@ -27,6 +31,11 @@ COMMAND = "command"
 def key(fleet: str, vehicle: str, kind: str) -> str:
     """`*` as vehicle or kind: all of them."""
     return f"{ROOT}/{fleet}/{vehicle}/{kind}"
+
+
+def key_to(fleet: str, vehicle: str, kind: str, receiver: str) -> str:
+    """Of what `vehicle` tells `receiver` alone."""
+    return f"{key(fleet, vehicle, kind)}/{receiver}"
 
 
 def command_key(fleet: str, vehicle: str) -> str:

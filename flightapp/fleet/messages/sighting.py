@@ -7,7 +7,7 @@ from typing import Annotated
 
 import msgspec
 
-from flightapp.fleet.messages.codec import SAFETY, Header, Kind
+from flightapp.fleet.messages.codec import RIDERS, Header, Kind
 from flightapp.fleet.messages.units import (
     Centimetres,
     Milliradians,
@@ -75,4 +75,4 @@ def as_heard(sighting: Sighting, sent_s: float) -> Sighting:
     return _unpack(_pack(sighting, header), header)
 
 
-SIGHTING = Kind("sighting", _Wire, _pack, _unpack, SAFETY, age_max_s=1.0)
+SIGHTING = Kind("sighting", _Wire, _pack, _unpack, RIDERS, age_max_s=1.0, rides=True)

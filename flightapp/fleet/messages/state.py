@@ -1,8 +1,9 @@
-"""A vehicle's motion, 20 times a second: what the others' guards and planners need now."""
+"""A vehicle's motion, 20 times a second to whom it matters: what the others' guards and planners need now."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import msgspec
 
@@ -33,6 +34,8 @@ class State:
     airborne: bool
     phase: str
     outcome: str | None
+    due_s: float = 0.0
+    """When its receiver gets the next one at the latest, from the send time; 0: not told (version 2.0)."""
 
 
 class _Wire(msgspec.Struct, array_like=True, frozen=True):
@@ -43,6 +46,7 @@ class _Wire(msgspec.Struct, array_like=True, frozen=True):
     airborne: bool
     phase: Word
     outcome: Word | None
+    due_ms: Annotated[int, msgspec.Meta(ge=0, le=10_000)] = 0
 
 
 def _pack(state: State, header: Header) -> _Wire:
@@ -54,6 +58,7 @@ def _pack(state: State, header: Header) -> _Wire:
         state.airborne,
         state.phase,
         state.outcome,
+        round(state.due_s * 1000.0),
     )
 
 
@@ -66,6 +71,7 @@ def _unpack(wire: _Wire, header: Header) -> State:
         wire.airborne,
         wire.phase,
         wire.outcome,
+        wire.due_ms / 1000.0,
     )
 
 
