@@ -15,10 +15,12 @@ from flightapp.core.types import Limits
 from flightapp.planning.ac2f.variants import VARIANTS, left_open
 from flightapp.planning.api import Build, Given, Planner
 
+ENCIRCLEMENT = ("oa-ecbvc", "oavc", "surround-hunt", "spaced", "greedy")
+
 PLANNERS: Mapping[str, str] = {
     **dict.fromkeys(VARIANTS, "flightapp.planning.ac2f.build"),
     **dict.fromkeys(("hunting", "tracking-hunting", "dwa"), "flightapp.planning.hunting.build"),
-    **dict.fromkeys(("oa-ecbvc", "greedy"), "flightapp.planning.encirclement.build"),
+    **dict.fromkeys(ENCIRCLEMENT, "flightapp.planning.encirclement.build"),
 }
 
 EVADERS: Mapping[str, str] = {

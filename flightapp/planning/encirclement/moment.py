@@ -22,6 +22,8 @@ class Moment:
     evader: Point
     evader_velocity: Point
     half_m: Point
+    horizon_s: float
+    """A goal this far ahead at some velocity is flown to at that velocity."""
     cells: Cells
     safety: Array
     """(c, 2) corners of the safety cell."""
@@ -46,11 +48,12 @@ class Cutting:
     def __init__(self) -> None:
         self._rooms = [np.zeros((64, 2)) for _ in range(3)]
 
-    def moment(self, situation: Situation, evader: Point, evader_velocity: Point, half_m: Point) -> Moment:
+    def moment(self, situation: Situation, evader: Point, evader_velocity: Point, half_m: Point, horizon_s: float) -> Moment:
         """Both cells of the own vehicle."""
         if situation.plane_count + 9 > len(self._rooms[0]):
             self._rooms = [np.zeros((2 * situation.plane_count + 9, 2)) for _ in range(3)]
         safety, target, spare = self._rooms
         found = cells(*situation.own, *evader, *half_m, situation.planes, situation.plane_count, safety, target, spare)
         kept = safety[: int(found.safety_corners)]
-        return Moment(situation, evader, evader_velocity, half_m, found, kept, target[: int(found.target_corners)])
+        corners = target[: int(found.target_corners)]
+        return Moment(situation, evader, evader_velocity, half_m, horizon_s, found, kept, corners)

@@ -76,7 +76,7 @@ class EncirclementPlanner:
         _, crowded = self._box.half_min_m(len(situation.team), 0.0)
         lead_s = self._parameters.evader_lead_s
         ahead = (evader.place[0] + lead_s * evader.velocity[0], evader.place[1] + lead_s * evader.velocity[1])
-        moment = self._cutting.moment(situation, ahead, evader.velocity, half_m)
+        moment = self._cutting.moment(situation, ahead, evader.velocity, half_m, 1.0 / self._gain_1_s(situation))
         mode = self._next_mode(evader, captured)
         goal = evader.place if mode == SEARCH else self._method(moment)
         velocity = self._held(situation, self._wish(situation, evader, goal))
@@ -111,11 +111,14 @@ class EncirclementPlanner:
 
     def _wish(self, situation: Situation, evader: Evader, goal: Point) -> Point:
         """To the goal at top speed, slower only where it would be passed within a period."""
-        gain = self._parameters.approach_gain_1_s or (1.0 / situation.period_s if self._at_once else APPROACH_GAIN_1_S)
+        gain = self._gain_1_s(situation)
         share = self._parameters.evader_feed_forward
         n = gain * (goal[0] - situation.own[0]) + share * evader.velocity[0]
         e = gain * (goal[1] - situation.own[1]) + share * evader.velocity[1]
         return limited((n, e), self._limits.speed_max_m_s) if math.hypot(n, e) > AT_THE_GOAL_M else (0.0, 0.0)
+
+    def _gain_1_s(self, situation: Situation) -> float:
+        return self._parameters.approach_gain_1_s or (1.0 / situation.period_s if self._at_once else APPROACH_GAIN_1_S)
 
     def _held(self, situation: Situation, wish: Point) -> Point:
         """What of `wish` keeps the vehicle in its safety cell."""

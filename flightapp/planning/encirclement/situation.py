@@ -7,16 +7,19 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from flightapp.core.types import Array, Limits, Observation, TargetTrack, TeamMember, VehicleState
+from flightapp.core.angles import TWO_PI
+from flightapp.core.types import Array, Limits, Observation, TargetTrack, TeamMember
 from flightapp.planning.encirclement.parameters import EncirclementParameters
 from flightapp.planning.geometry.half_planes import PLANE_COLUMNS, ROUND_COLUMNS, add_polygons, add_rounds
 from flightapp.planning.geometry.polygons import polygons
 from flightapp.planning.plane import Point, planar
 
+Mask = NDArray[np.bool_]
+
 FORGOTTEN_S = 10.0
 """A teammate's last place is kept clear of no longer than this."""
-ALREADY_MOVED_S = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +29,17 @@ class Evader:
     place: Point
     velocity: Point
     age_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Mate:
+    """What one teammate said last, moved to the present."""
+
+    place: Point
+    speed_m_s: float
+    age_s: float
+    name: str
+    mode: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +70,9 @@ class Looking:
         self._kept_m = limits.body_radius_m + limits.safety_margin_m
         self._separation_m = parameters.team_separation_m or 2.0 * self._kept_m
         self._polygons = polygons(parameters.polygons_m)
+        self._braking_s = parameters.control_period_s
+        if parameters.vehicle != "single-integrator":
+            self._braking_s += parameters.reaction_s
         self._rounds = np.zeros((64, ROUND_COLUMNS))
         self._planes = np.zeros((64, PLANE_COLUMNS))
 
@@ -63,20 +80,20 @@ class Looking:
         """`observation` at its own time."""
         own = planar(observation.own.position_ned_m)
         evader = self._evader(observation)
-        mates = [(member, self._place(member, observation.t_s)) for member in observation.team if _finite(member.state)]
+        mates = [mate for mate in (self._mate(member, observation.t_s) for member in observation.team) if mate is not None]
         rows = self._rows(len(mates) + len(observation.obstacles.discs))
         count = 0
-        for member, place in mates:
-            if member.age_s < FORGOTTEN_S:
-                self._add_mate(rows[count], member, place)
+        for mate in mates:
+            if mate.age_s < FORGOTTEN_S:
+                rows[count] = self._round(mate)
                 count += 1
-        vehicles = [place for _, place in mates] + ([evader.place] if evader else [])
+        vehicles = [mate.place for mate in mates] + ([evader.place] if evader else [])
         count = self._add_discs(rows, count, observation, own, vehicles)
         self._planes = _grown(self._planes, count + self._polygons.count)
         filled = add_rounds(*own, rows, count, self._planes, 0)
         if self._polygons.count:
             filled = add_polygons(*own, self._polygons.corners, self._polygons.starts, self._kept_m, self._planes, filled)
-        counted = [own, *(place for member, place in mates if member.age_s < self._parameters.mate_silent_s)]
+        counted = [own, *(mate.place for mate in mates if mate.age_s < self._parameters.mate_silent_s)]
         return Situation(
             t_s=observation.t_s,
             period_s=observation.dt_s if observation.dt_s > 0.0 else self._parameters.control_period_s,
@@ -88,7 +105,7 @@ class Looking:
             rounds=rows[:count],
             planes=self._planes,
             plane_count=filled,
-            mate_modes=tuple(member.mode for member, _ in mates),
+            mate_modes=tuple(mate.mode for mate in mates),
         )
 
     def _rows(self, wanted: int) -> Array:
@@ -104,68 +121,64 @@ class Looking:
         vn, ve = planar(track.velocity_ned_m_s)
         return Evader((n + ahead_s * vn, e + ahead_s * ve), (vn, ve), max(0.0, track.age_s))
 
-    def _place(self, member: TeamMember, t_s: float) -> Point:
-        """Where the teammate is by its last message."""
+    def _mate(self, member: TeamMember, t_s: float) -> Mate | None:
+        """Where the teammate is by its last message; None if that is nonsense."""
         ahead_s = min(max(0.0, t_s - member.state.t_s), self._parameters.prediction_max_s)
-        n, e = planar(member.state.position_ned_m)
-        vn, ve = planar(member.state.velocity_ned_m_s)
-        return n + ahead_s * vn, e + ahead_s * ve
+        n, e, _ = member.state.position_ned_m.tolist()
+        vn, ve, _ = member.state.velocity_ned_m_s.tolist()
+        if not math.isfinite(n + e + vn + ve):
+            return None
+        return Mate((n + ahead_s * vn, e + ahead_s * ve), math.hypot(vn, ve), max(0.0, member.age_s), member.name, member.mode)
 
-    def _add_mate(self, row: Array, member: TeamMember, place: Point) -> None:
+    def _round(self, mate: Mate) -> tuple[float, float, float, float, float]:
         """A teammate shares the room between; one that has been silent too long is an obstacle as large as it may have come."""
-        uncertain_m = self._uncertain_m(member) + 3.0 * self._parameters.position_sigma_m
-        tie_rad = zlib.crc32(member.name.encode()) / 2.0**32 * 2.0 * math.pi
-        stale = member.age_s > self._parameters.mate_stale_s
-        row[:] = (
-            *place,
-            self._separation_m + (1.0 if stale else 2.0) * uncertain_m,
-            1.0 if stale else 0.5,
-            tie_rad,
-        )
+        stale = mate.age_s > self._parameters.mate_stale_s
+        uncertain_m = self._uncertain_m(mate) + 3.0 * self._parameters.position_sigma_m
+        reach_m = self._separation_m + (1.0 if stale else 2.0) * uncertain_m
+        return *mate.place, reach_m, 1.0 if stale else 0.5, zlib.crc32(mate.name.encode()) / 2.0**32 * TWO_PI
 
-    def _uncertain_m(self, member: TeamMember) -> float:
+    def _uncertain_m(self, mate: Mate) -> float:
         """How far the teammate can be from where it is believed to be: what it may have flown since, whatever it then did.
 
         A vehicle with inertia that is moved on by its velocity can only be off by what it has accelerated.
         """
-        age_s = min(max(0.0, member.age_s), self._parameters.mate_silent_s)
-        speed = math.hypot(*planar(member.state.velocity_ned_m_s))
-        flown_m = (self._limits.speed_max_m_s + speed) * age_s if speed > 0.0 else self._limits.speed_max_m_s * age_s
+        age_s = min(mate.age_s, self._parameters.mate_silent_s)
+        flown_m = (self._limits.speed_max_m_s + mate.speed_m_s) * age_s
         if self._parameters.vehicle == "single-integrator":
             return flown_m
         return min(flown_m, 0.5 * self._limits.acceleration_max_m_s2 * age_s * age_s)
 
     def _add_discs(self, rows: Array, count: int, observation: Observation, own: Point, vehicles: list[Point]) -> int:
         """Discs within range, moved to the present, that are no vehicles; a moving one with what it sweeps until one can stop."""
-        parameters, limits = self._parameters, self._limits
-        age_s = max(0.0, observation.t_s - observation.obstacles.t_s)
-        braking_s = parameters.control_period_s
-        if parameters.vehicle != "single-integrator":
-            braking_s += parameters.reaction_s
-        for n, e, radius, vn, ve, _, _ in observation.obstacles.discs.tolist():
-            if not math.isfinite(n + e + radius + vn + ve) or radius < 0.0:
-                continue
-            n, e = n + age_s * vn, e + age_s * ve
-            distance = math.hypot(n - own[0], e - own[1])
-            if distance - radius > parameters.obstacle_range_m or self._is_vehicle(n, e, radius, vehicles):
-                continue
-            swept_m = 0.0
-            if vn != 0.0 or ve != 0.0:
-                speed = math.hypot(vn, ve)
-                swept_m = speed * braking_s + 0.5 * speed * speed / limits.acceleration_max_m_s2
-            rows[count] = n, e, radius + self._kept_m + swept_m + 3.0 * parameters.position_sigma_m, 1.0, 0.0
-            count += 1
-        return count
+        discs = observation.obstacles.discs
+        if not len(discs):
+            return count
+        parameters = self._parameters
+        seen = np.array(discs[:, :5], dtype=np.float64)
+        kept = np.isfinite(seen).all(axis=1) & (seen[:, 2] >= 0.0)
+        swept_m: float | Array = self._kept_m + 3.0 * parameters.position_sigma_m
+        if seen[:, 3:].any():
+            seen[:, :2] += max(0.0, observation.t_s - observation.obstacles.t_s) * seen[:, 3:]
+            speeds = np.hypot(seen[:, 3], seen[:, 4])
+            swept_m = swept_m + speeds * self._braking_s + 0.5 * speeds**2 / self._limits.acceleration_max_m_s2
+        kept &= np.hypot(seen[:, 0] - own[0], seen[:, 1] - own[1]) - seen[:, 2] <= parameters.obstacle_range_m
+        if vehicles and parameters.vehicle_radius_max_m > 0.0:
+            kept &= ~self._are_vehicles(seen, np.array(vehicles))
+        seen[:, 2] += swept_m
+        found = seen[kept, :3]
+        filled = rows[count : count + len(found)]
+        filled[:, :3], filled[:, 3], filled[:, 4] = found, 1.0, 0.0
+        return count + len(found)
 
-    def _is_vehicle(self, n: float, e: float, radius: float, vehicles: list[Point]) -> bool:
-        if radius > self._parameters.vehicle_radius_max_m:
-            return False
-        near = radius + min(self._parameters.vehicle_disc_m, 0.9 * self._limits.body_radius_m)
-        return any(math.hypot(n - place[0], e - place[1]) < near for place in vehicles)
+    def _are_vehicles(self, discs: Array, vehicles: Array) -> Mask:
+        near = discs[:, 2] + min(self._parameters.vehicle_disc_m, 0.9 * self._limits.body_radius_m)
+        apart = np.hypot(discs[:, None, 0] - vehicles[:, 0], discs[:, None, 1] - vehicles[:, 1]).min(axis=1)
+        found: Mask = (apart < near) & (discs[:, 2] <= self._parameters.vehicle_radius_max_m)
+        return found
 
 
-def _finite(moving: TargetTrack | VehicleState) -> bool:
-    return all(map(math.isfinite, (*planar(moving.position_ned_m), *planar(moving.velocity_ned_m_s))))
+def _finite(moving: TargetTrack) -> bool:
+    return math.isfinite(sum(planar(moving.position_ned_m)) + sum(planar(moving.velocity_ned_m_s)))
 
 
 def _grown(rows: Array, wanted: int) -> Array:
