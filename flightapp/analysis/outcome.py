@@ -41,5 +41,14 @@ def captured_s(run: Run) -> float | None:
     return min((t_s for t_s in times if t_s is not None), default=None)
 
 
+def captured_by(run: Run) -> list[str] | None:
+    """Who captured the evader, as told by whoever concluded it first; None unless captured, or where no recording tells."""
+    if fold_outcome(run) != "captured":
+        return None
+    events = [event for vehicle in pursuers_of(run) for event in vehicle.recording.topic("/event").messages]
+    told = [(event["t_s"], event["data"]["captured_by"]) for event in events if "captured_by" in (event.get("data") or {})]
+    return list(min(told)[1]) if told else None
+
+
 def _pursue_s(phases: Phases) -> float | None:
     return next((t_s for t_s, phase in phases.starts if phase == "pursue"), None)

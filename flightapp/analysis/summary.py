@@ -12,7 +12,7 @@ from flightapp.analysis import metrics
 from flightapp.analysis.analysers import ANALYSERS
 from flightapp.analysis.analysers.analyser import examine_run
 from flightapp.analysis.findings import as_json
-from flightapp.analysis.outcome import captured_s, fold_outcome, pursuers_of, pursuit_start_s
+from flightapp.analysis.outcome import captured_by, captured_s, fold_outcome, pursuers_of, pursuit_start_s
 from flightapp.analysis.run import Run, load_run
 from flightapp.analysis.verdict import one_line, verdict_of
 from flightapp.sim.world import World
@@ -25,11 +25,13 @@ def summarise(run: Run) -> Summary:
     world = _world(run)
     vehicles = {vehicle.name: metrics.vehicle_figures(vehicle, world) for vehicle in run.vehicles}
     pursuers = [vehicles[vehicle.name] for vehicle in pursuers_of(run)]
-    start_s, end_s = pursuit_start_s(run), captured_s(run)
+    start_s, end_s, by = pursuit_start_s(run), captured_s(run), captured_by(run)
     summary = {
         "mission": _mission_name(run),
         "seed": _seed(run),
         "outcome": fold_outcome(run),
+        "captured_by": by,
+        "capturers": None if by is None else len(by),
         "capture_time_s": None if start_s is None or end_s is None else end_s - start_s,
         "path_length_m": _mean(pursuers, "path_length_m"),
         "mean_jerk_m_s3": _mean(pursuers, "mean_jerk_m_s3"),

@@ -159,7 +159,8 @@ class Executive:
             if told is not None:
                 return self._end_pursuit(told, "told by the team")
             if (how := self._captured()) is not None:
-                return self._end_pursuit(Outcome.CAPTURED, how)
+                text, by = how
+                return self._end_pursuit(Outcome.CAPTURED, text, by)
             position = self._evader_position()
             if position is not None and before is not None and crosses(before, position, edge):
                 return self._end_pursuit(Outcome.ESCAPED, "the evader crossed the boundary")
@@ -167,25 +168,27 @@ class Executive:
             if rooms.clock.now_s() - started_s > rooms.mission.time_limit_s:
                 return self._end_pursuit(Outcome.TIMEOUT, f"time limit of {rooms.mission.time_limit_s:g} s")
 
-    def _captured(self) -> str | None:
-        """How the evader was captured, once it is: by the first contact as this vehicle sees it, else as the team agrees."""
+    def _captured(self) -> tuple[str, tuple[str, ...]] | None:
+        """How and by whom, once the evader is captured: by the first contact as this vehicle sees it, else as the team agrees."""
         loop, rooms = self._loop, self._rooms
         if rooms.mission.capture.mode == "first":
             decision = loop.decision
             touched = decision is not None and decision.diagnostics.get("captured") is True and not loop.held
-            return "within the capture radius" if touched else None
+            return ("within the capture radius", (rooms.vehicle.name,)) if touched else None
         capture = loop.coordination.capture
         if capture is None:
             return None
         of = sum(vehicle.role == "pursuer" for vehicle in rooms.mission.vehicles)
         agreed = ", ".join(capture.agreed)
-        return f"encirclement by {len(capture.by)} of {of} pursuers held for the dwell time, agreed by {agreed}"
+        text = f"encirclement by {len(capture.by)} of {of} pursuers held for the dwell time, agreed by {agreed}"
+        return text, capture.by
 
-    def _end_pursuit(self, outcome: Outcome, reason: str) -> Outcome:
+    def _end_pursuit(self, outcome: Outcome, reason: str, by: tuple[str, ...] = ()) -> Outcome:
         self._failsafes.is_pursuing = False
         self._loop.outcome = outcome.value
         self._loop.hover_here()
-        self._rooms.journal.event("info", "outcome", f"{outcome.value}: {reason}")
+        data = {"captured_by": list(by)} if by else {}
+        self._rooms.journal.event("info", "outcome", f"{outcome.value}: {reason}", **data)
         return outcome
 
     async def _is_disarmed(self) -> bool:

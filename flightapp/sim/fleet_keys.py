@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -29,10 +29,17 @@ def fleet_keys(mission: Mission, given: Path | None, *, temporary: bool) -> Iter
             load_credentials(given / name)
         yield given
     elif temporary:
-        with tempfile.TemporaryDirectory(prefix="flightapp-keys-") as folder:
-            keys = Path(folder) / "keys"
-            hosts = dict.fromkeys(names, (HOST,))
-            make_keys(KeyWish(keys, mission.fleet, names, hosts, TEMPORARY_DAYS), SystemClock().now_s())
+        with temporary_keys(mission, dict.fromkeys(names, (HOST,))) as keys:
             yield keys
     else:
         yield None
+
+
+@contextmanager
+def temporary_keys(mission: Mission, hosts: Mapping[str, tuple[str, ...]]) -> Iterator[Path]:
+    """A folder of keys for `mission` that is gone afterwards. hosts: the addresses at which each vehicle listens."""
+    names = tuple(vehicle.name for vehicle in mission.vehicles)
+    with tempfile.TemporaryDirectory(prefix="flightapp-keys-") as folder:
+        keys = Path(folder) / "keys"
+        make_keys(KeyWish(keys, mission.fleet, names, hosts, TEMPORARY_DAYS), SystemClock().now_s())
+        yield keys

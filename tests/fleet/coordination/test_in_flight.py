@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from flightapp.analysis.run import load_run
+from flightapp.analysis.summary import summarise
 from flightapp.recording.reader import read_recording
 from flightapp.sim.virtual.fleet import VirtualFleet
 from flightapp.sim.virtual.mission import fly_virtual
@@ -63,3 +65,5 @@ def test_two_finish_what_three_began_when_the_leader_dies_in_the_chase(tmp_path:
         assert ranks == sorted(ranks)
     texts = [event["text"] for recording in told.values() for event in recording.topic("/event").messages]
     assert any(text.startswith("captured: encirclement by 2 of 3 pursuers") for text in texts)
+    summary = summarise(load_run([tmp_path]))
+    assert (summary["captured_by"], summary["capturers"]) == (left, 2)

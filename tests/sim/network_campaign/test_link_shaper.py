@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightapp.sim.link_shaper import LinkQuality, LinkShaper
@@ -24,6 +24,7 @@ def passed(shaper: LinkShaper, count: int = PACKETS) -> list[float | None]:
     return [shaper.delay_s("p1", "p2") for _ in range(count)]
 
 
+@settings(deadline=None)
 @given(qualities, seeds)
 def test_delays_stay_within_the_jitter(quality: LinkQuality, seed: int) -> None:
     arrived = [delay_s for delay_s in passed(LinkShaper(quality, seed)) if delay_s is not None]
@@ -33,6 +34,7 @@ def test_delays_stay_within_the_jitter(quality: LinkQuality, seed: int) -> None:
     assert all(delay_s >= -1e-9 for delay_s in arrived)
 
 
+@settings(deadline=None)
 @given(seeds, st.floats(0.0, 0.9), st.floats(0.0, 0.9))
 def test_more_loss_loses_the_same_packets_and_more(seed: int, one: float, other: float) -> None:
     less, more = sorted((one, other))
@@ -40,6 +42,7 @@ def test_more_loss_loses_the_same_packets_and_more(seed: int, one: float, other:
     assert all(kept is None or kept == before for before, kept in zip(few, many, strict=True))
 
 
+@settings(deadline=None)
 @given(qualities, seeds)
 def test_a_link_does_not_feel_what_others_send(quality: LinkQuality, seed: int) -> None:
     alone, busy = LinkShaper(quality, seed), LinkShaper(quality, seed)
@@ -60,6 +63,7 @@ def test_share_of_lost_packets_and_mean_delay_are_as_asked(loss: float) -> None:
     assert any(later < earlier for earlier, later in itertools.pairwise(arrived))
 
 
+@settings(deadline=None)
 @given(st.sets(st.sampled_from(["p1", "p2", "p3", "e1"])), seeds)
 def test_a_partition_lets_nothing_across_and_everything_within_until_it_heals(side: set[str], seed: int) -> None:
     shaper = LinkShaper(LinkQuality(0.01), seed)

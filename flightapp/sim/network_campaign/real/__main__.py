@@ -8,10 +8,11 @@ from pathlib import Path
 
 from flightapp.config.mission import Mission, load_mission
 from flightapp.config.profile import load_profile
+from flightapp.sim.fleet_keys import temporary_keys
 from flightapp.sim.link_shaper import LinkQuality, LinkShaper
 from flightapp.sim.network_campaign.conditions import side_of
 from flightapp.sim.network_campaign.observer import SPLIT_AFTER_S, SPLIT_FOR_S
-from flightapp.sim.network_campaign.real.launcher import NamespaceWiring, ProxyWiring, WiredLauncher
+from flightapp.sim.network_campaign.real.launcher import NamespaceWiring, ProxyWiring, WiredLauncher, Wiring
 from flightapp.sim.network_campaign.real.namespaces import NamespaceSwitch
 from flightapp.sim.network_campaign.real.udp_proxy import UdpProxy
 from flightapp.sim.progress import Progress
@@ -39,20 +40,25 @@ async def _fly(options: argparse.Namespace) -> None:
     quality = LinkQuality(options.delay_ms * 1e-3, options.jitter_ms * 1e-3, options.loss_percent * 1e-2)
     shaper = LinkShaper(quality, options.seed)
     splitting = asyncio.create_task(_split_and_heal(shaper, mission, options.partition))
-    with Progress(mission.name) as progress:
-        launcher = WiredLauncher(mission, load_profile(options.profile), options.mission, options.run, options.seed, progress)
-        if options.namespaces:
-            with NamespaceSwitch(shaper, [vehicle.name for vehicle in mission.vehicles]) as switch:
-                launcher.wiring = NamespaceWiring(switch)
-                await launcher.run()
-        else:
-            proxy = UdpProxy(shaper)
-            launcher.wiring = ProxyWiring(proxy)
-            try:
-                await launcher.run()
-            finally:
-                proxy.close()
+    if options.namespaces:
+        with NamespaceSwitch(shaper, [vehicle.name for vehicle in mission.vehicles]) as switch:
+            await _launch(mission, NamespaceWiring(switch), options)
+    else:
+        proxy = UdpProxy(shaper)
+        try:
+            await _launch(mission, ProxyWiring(proxy), options)
+        finally:
+            proxy.close()
     splitting.cancel()
+
+
+async def _launch(mission: Mission, wiring: Wiring, options: argparse.Namespace) -> None:
+    profile, run = load_profile(options.profile), options.run
+    hosts = wiring.hosts([vehicle.name for vehicle in mission.vehicles])
+    with temporary_keys(mission, hosts) as keys, Progress(mission.name) as progress:
+        launcher = WiredLauncher(mission, profile, options.mission, run, options.seed, progress, keys)
+        launcher.wiring = wiring
+        await launcher.run()
 
 
 async def _split_and_heal(shaper: LinkShaper, mission: Mission, partition: str) -> None:

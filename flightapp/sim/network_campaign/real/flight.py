@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,10 +12,9 @@ import numpy as np
 
 from flightapp.analysis import report
 from flightapp.config.mission import load_mission
-from flightapp.recording.reader import read_recording
 from flightapp.sim.network_campaign.conditions import Condition
 from flightapp.sim.network_campaign.real.namespaces import can_use_namespaces
-from flightapp.sim.virtual.figures import PURSUIT
+from flightapp.sim.network_campaign.real.recorded import Network, read_network
 
 TIMEOUT_S = 400.0
 
@@ -48,7 +45,8 @@ class RealFlown:
         )
         one = self.condition
         network = f"{one.delay_ms:g} ms +- {one.jitter_ms:g}, {one.loss_percent:g} % lost, partition {one.partition}"
-        return f"real processes, {self.network}, {network}: {self.outcome}, {ages}"
+        wrong = "".join(f", {text}" for text in self.violations)
+        return f"real processes, {self.network}, {network}: {self.outcome}, {ages}{wrong}"
 
 
 def fly_real(condition: Condition, mission: Path, profile: Path, folder: Path, *, proxy: bool = False) -> RealFlown:
@@ -60,23 +58,23 @@ def fly_real(condition: Condition, mission: Path, profile: Path, folder: Path, *
         status = subprocess.run(
             _command(condition, mission, profile, run, namespaces=namespaces), check=False, stderr=log, timeout=TIMEOUT_S
         )
-    violations = (
-        [] if status.returncode == 0 else [f"fault: the flight ended with status {status.returncode}, see {run}/network.log"]
-    )
-    names = [vehicle.name for vehicle in load_mission(mission).vehicles]
-    summary: dict[str, Any] = report([run])[0] if not violations else {}
-    ages_s = [age_s for name in names for age_s in _ages_s(run / f"{name}.mcap")] if not violations else []
-    p50, p99 = (None, None) if not ages_s else (float(value) * 1e3 for value in np.percentile(ages_s, (50.0, 99.0)))
+    faults = [] if status.returncode == 0 else [f"fault: the flight ended with status {status.returncode}, see {run}/network.log"]
+    network = None if faults else read_network(run, [vehicle.name for vehicle in load_mission(mission).vehicles])
+    summary: dict[str, Any] = report([run])[0] if not faults else {}
     return RealFlown(
         condition=condition,
         network="namespaces" if namespaces else "proxy",
         outcome=str(summary.get("outcome", "fault")),
         capture_time_s=summary.get("capture_time_s"),
         separation_min_m=summary.get("min_separation_m"),
-        age_p50_ms=p50,
-        age_p99_ms=p99,
-        violations=tuple(violations),
+        age_p50_ms=_percentile_ms(network, 50.0),
+        age_p99_ms=_percentile_ms(network, 99.0),
+        violations=(*faults, *(() if network is None else network.violations)),
     )
+
+
+def _percentile_ms(network: Network | None, percent: float) -> float | None:
+    return round(float(np.percentile(network.ages_s, percent)) * 1e3, 1) if network is not None and network.ages_s else None
 
 
 def _command(condition: Condition, mission: Path, profile: Path, run: Path, *, namespaces: bool) -> list[str]:
@@ -89,14 +87,3 @@ def _command(condition: Condition, mission: Path, profile: Path, run: Path, *, n
         return command
     alone = 'ip link set lo up && exec "$@"'
     return ["unshare", "--net", "sh", "-c", alone, "sh", *command, "--namespaces"]
-
-
-def _ages_s(recording: Path) -> Iterator[float]:
-    """Of every teammate's newest state, each time that the vehicle wrote them down in its pursuit."""
-    read = read_recording(recording)
-    phases = [(message["t_s"], message["phase"]) for message in read.topic("/phase").messages]
-    began_s = next((t_s for t_s, phase in phases if phase == PURSUIT), math.inf)
-    ended_s = next((t_s for t_s, phase in phases if phase != PURSUIT and t_s > began_s), math.inf)
-    for message in read.topic("/team").messages:
-        if began_s <= message["t_s"] <= ended_s:
-            yield from (one["age_s"] for one in message["members"] if one["phase"] != "done")

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import tomllib
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 
 import tomli_w
 
-from flightapp.sim.fleet_files import VehicleFiles
+from flightapp.sim.fleet_files import HOST, VehicleFiles
 from flightapp.sim.launcher import Launcher
 from flightapp.sim.network_campaign.real.namespaces import NamespaceSwitch
 from flightapp.sim.network_campaign.real.udp_proxy import UdpProxy
 
 
 class Wiring(ABC):
-    """How vehicle processes reach one another."""
+    """How vehicle processes reach one another: over QUIC, as a radio needs it. Plain UDP leaves vehicles deaf under loss."""
+
+    @abstractmethod
+    def hosts(self, vehicles: Sequence[str]) -> dict[str, tuple[str, ...]]:
+        """Under which addresses each of `vehicles` is reached."""
 
     @abstractmethod
     def listen(self, own: VehicleFiles) -> str:
@@ -33,11 +38,14 @@ class ProxyWiring(Wiring):
     def __init__(self, proxy: UdpProxy) -> None:
         self._proxy = proxy
 
+    def hosts(self, vehicles: Sequence[str]) -> dict[str, tuple[str, ...]]:
+        return dict.fromkeys(vehicles, (HOST,))
+
     def listen(self, own: VehicleFiles) -> str:
         return own.fleet_endpoint
 
     def connect(self, own: VehicleFiles, other: VehicleFiles) -> str:
-        return f"udp/127.0.0.1:{self._proxy.through(own.vehicle.name, other.vehicle.name, other.fleet_port)}"
+        return f"quic/{HOST}:{self._proxy.through(own.vehicle.name, other.vehicle.name, other.fleet_port)}"
 
 
 class NamespaceWiring(Wiring):
@@ -46,8 +54,11 @@ class NamespaceWiring(Wiring):
     def __init__(self, switch: NamespaceSwitch) -> None:
         self._switch = switch
 
+    def hosts(self, vehicles: Sequence[str]) -> dict[str, tuple[str, ...]]:
+        return {vehicle: (self._switch.address(vehicle),) for vehicle in vehicles}
+
     def listen(self, own: VehicleFiles) -> str:
-        return f"udp/{self._switch.address(own.vehicle.name)}:{own.fleet_port}"
+        return f"quic/{self._switch.address(own.vehicle.name)}:{own.fleet_port}"
 
     def connect(self, own: VehicleFiles, other: VehicleFiles) -> str:  # noqa: ARG002
         return self.listen(other)
