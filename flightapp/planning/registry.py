@@ -26,7 +26,12 @@ PLANNERS: Mapping[str, str] = {
 EVADERS: Mapping[str, str] = {
     "adversarial": "flightapp.planning.evasion.adversarial",
     "boundary-seeking": "flightapp.planning.evasion.boundary_seeking",
+    "flee-nearest": "flightapp.planning.evasion.flee_nearest",
+    "gap-runner": "flightapp.planning.evasion.gap_runner",
+    "goal-seeker": "flightapp.planning.evasion.goal_seeker",
     "hover": "flightapp.planning.evasion.hover",
+    "inverse-square": "flightapp.planning.evasion.inverse_square",
+    "random-waypoints": "flightapp.planning.evasion.random_waypoints",
     "recorded": "flightapp.planning.evasion.recorded",
     "straight": "flightapp.planning.evasion.straight",
     "voronoi-centroid": "flightapp.planning.evasion.voronoi_centroid",

@@ -9,6 +9,15 @@ from pydantic import Field, field_validator
 
 from flightapp.planning.parameters import StrategyParameters
 
+Area = tuple[float, float, float, float]
+"""Least north, least east, greatest north, greatest east, m."""
+
+
+def _with_extent(area: Area | None) -> Area | None:
+    if area is not None and (area[0] >= area[2] or area[1] >= area[3]):
+        raise ValueError("must be least north, least east, greatest north, greatest east")
+    return area
+
 
 class HoverParameters(StrategyParameters):
     """The policy that stands still has none."""
@@ -58,17 +67,49 @@ class VoronoiCentroidParameters(AvoidingParameters):
     """Attraction of the boundary, relative to an attraction of 1 by a centroid that is far away."""
     reach_m: float = Field(default=10.0, gt=0)
     """Half side of the square around the evader that bounds its cell where no area is given."""
-    area_m: tuple[float, float, float, float] | None = None
+    area_m: Area | None = None
     """The flight area that bounds the cell: least north, least east, greatest north, greatest east."""
     settling_s: float = Field(default=0.5, gt=0)
     """Nearer to the centroid than this at full speed, the attraction lessens in proportion: no chatter there."""
 
-    @field_validator("area_m")
-    @classmethod
-    def _has_extent(cls, area: tuple[float, float, float, float] | None) -> tuple[float, float, float, float] | None:
-        if area is not None and (area[0] >= area[2] or area[1] >= area[3]):
-            raise ValueError("must be least north, least east, greatest north, greatest east")
-        return area
+    _has_extent = field_validator("area_m")(_with_extent)
+
+
+class ReactingParameters(AvoidingParameters):
+    """Of the policies that flee in some direction."""
+
+    pursuer_distance_m: float = Field(default=0.0, ge=0)
+    """Distance that the evader keeps from a pursuer's centre, on top of fleeing."""
+    area_m: Area | None = None
+    """The area that it does not leave by itself: least north, least east, greatest north, greatest east."""
+    edge_s: float = Field(default=0.5, gt=0)
+    """It turns along the area's edge this long before it would cross it."""
+
+    _has_extent = field_validator("area_m")(_with_extent)
+
+
+class GoalSeekerParameters(ReactingParameters):
+    """To a goal, weakly away from near pursuers."""
+
+    goal_m: tuple[float, float]
+    """north, east."""
+    arrival_m: float = Field(default=0.5, gt=0)
+    """It stands within this distance of the goal."""
+    pursuer_gain: float = Field(default=0.8, ge=0)
+    """Largest repulsion of a pursuer, relative to an attraction of 1."""
+    pursuer_influence_m: float = Field(default=6.0, gt=0)
+    """Distance within which a pursuer repels."""
+
+
+class RandomWaypointsParameters(AvoidingParameters):
+    """Random places of an area, one after the other."""
+
+    area_m: Area = (-10.0, -10.0, 10.0, 10.0)
+    """Least north, least east, greatest north, greatest east."""
+    arrival_m: float = Field(default=0.5, gt=0)
+    """A place counts as reached within this distance."""
+
+    _has_extent = field_validator("area_m")(_with_extent)
 
 
 class AdversarialParameters(AvoidingParameters):

@@ -15,6 +15,7 @@ from flightapp.planning.api import Planner
 from flightapp.planning.registry import evader_names, make_evader
 from tests.planning.evasion.flight import LIMITS, chasing, disc, fly, observation
 
+FLEEING = ("flee-nearest", "gap-runner", "goal-seeker", "inverse-square")
 RUNNERS = ("adversarial", "boundary-seeking", "straight", "voronoi-centroid")
 AVOIDING = ("adversarial", "boundary-seeking", "voronoi-centroid")
 TREES = [disc(12.0, 0.0, 0.8), disc(9.0, 3.0, 1.2), disc(7.5, -2.5, 0.6)]
@@ -25,7 +26,7 @@ def evader(name: str, limits: Limits = LIMITS, seed: int = 0, **parameters: Any)
 
 
 def test_names() -> None:
-    assert set(evader_names()) == {*RUNNERS, "hover", "recorded", "waypoints"}
+    assert set(evader_names()) == {*RUNNERS, *FLEEING, "hover", "recorded", "random-waypoints", "waypoints"}
 
 
 @pytest.mark.parametrize("name", RUNNERS)
