@@ -11,6 +11,8 @@ from pydantic import Field, field_validator, model_validator
 from shapely.geometry import LineString, Point, Polygon
 
 from flightapp.config.loading import Strict, load
+from flightapp.config.tracking import Controller
+from flightapp.config.wind import HarmonicWind
 from flightapp.core.geodesy import GeodeticPoint
 from flightapp.core.types import Boundary
 
@@ -216,6 +218,8 @@ class Simulation(Strict):
     wind_north_m_s: float = Field(default=0.0, ge=-20, le=20)
     wind_east_m_s: float = Field(default=0.0, ge=-20, le=20)
     gust_m_s: float = Field(default=0.0, ge=0, le=15)
+    harmonic_wind: HarmonicWind | None = None
+    """On top of these: harmonics with a gust step, stronger with height."""
     origin_offset_m: float = Field(default=50.0, ge=0, le=5000)
     """How far the local origins of the mock autopilots lie apart."""
     faults: dict[str, Path] = {}
@@ -247,6 +251,8 @@ class Mission(Strict):
     boundary: ProtectedBoundary
     capture: Capture = Capture()
     target: TargetKnowledge = TargetKnowledge()
+    controller: Controller | None = None
+    """Who makes pursuers follow the decided velocity, where that is not as the profile says."""
     vehicles: tuple[Vehicle, ...] = Field(min_length=1)
     obstacles: Obstacles = Obstacles()
     simulation: Simulation = Simulation()

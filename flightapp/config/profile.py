@@ -9,6 +9,7 @@ from typing import Literal
 from pydantic import Field, field_validator, model_validator
 
 from flightapp.config.loading import Strict, load
+from flightapp.config.tracking import Controller, Tracking
 from flightapp.core.types import Limits
 from flightapp.safety.parameters import SafetyParameters
 from perception.parameters import PerceptionParameters
@@ -63,6 +64,10 @@ class Control(Strict):
     """Climb rate per metre of altitude error: PX4's velocity mode does not hold altitude by itself."""
     acceleration_feed_forward: bool = False
     """Whether the planner's acceleration, where it gives one, is sent beside the velocity."""
+    controller: Controller = "autopilot"
+    """Who makes a pursuer follow the decided velocity: the autopilot's own loop alone, or `aadrc-smc` over it. A mission may say
+    otherwise."""
+    tracking: Tracking = Tracking()
 
 
 def _is_host_and_port(address: str) -> bool:

@@ -13,7 +13,7 @@ from flightapp.core.types import Decision
 from flightapp.planning.api import Planner
 from flightapp.recording.observation import Given
 from flightapp.replay.flight import Flight, Tick
-from flightapp.runtime.composition import limits_of
+from flightapp.runtime.composition import build_tracker, limits_of
 from flightapp.runtime.hover import Hover, wish_of
 from flightapp.safety.api import SafetyContext, Supervised
 from flightapp.safety.supervisor import make_supervisor
@@ -35,16 +35,21 @@ def decide(flight: Flight, planner: Planner) -> Iterator[tuple[Tick, Decided]]:
     supervisor = make_supervisor(mission, profile, vehicle.name)
     hover = Hover(mission.height_of(vehicle), limits.climb_rate_max_m_s, profile.control.altitude_gain_1_s)
     feed_forward = profile.control.acceleration_feed_forward
+    tracker = build_tracker(mission, vehicle, profile)
     for tick in flight.ticks:
         if tick.given is None:
             continue
         if tick.starts_pursuit:
             planner.reset()
         given = tick.given
+        if tracker is not None:
+            tracker.watch(given.observation.own, given.observation.dt_s)
         decision, failure = _asked(planner, given) if tick.planned else (None, "")
         if decision is not None and not tick.held:
             wish = wish_of(decision, hover, given.observation.own, feed_forward=feed_forward)
             hover.restart()
+            if tracker is not None:
+                wish = tracker.wish(wish)
         else:
             standing = hover.setpoint(given.observation.own, given.observation.own.yaw_rad)
             wish = standing if tick.sent is None or tick.flown_by_planner else tick.sent.wish
@@ -64,6 +69,8 @@ def decide(flight: Flight, planner: Planner) -> Iterator[tuple[Tick, Decided]]:
             battery_fraction=given.battery_fraction,
         )
         yield tick, Decided(decision, failure, supervisor.check(wish, context))
+        if tracker is not None and tick.sent is not None:
+            tracker.note(tick.sent.setpoint)
 
 
 def _asked(planner: Planner, given: Given) -> tuple[Decision | None, str]:

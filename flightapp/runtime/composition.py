@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from flightapp.config.loading import read_toml
 from flightapp.config.mission import Mission, Vehicle
 from flightapp.config.parameter_files import beside
 from flightapp.config.profile import Camera, Profile
+from flightapp.config.tracking import Controller
 from flightapp.core.clock import SystemClock
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits, ObstacleSet
@@ -26,6 +28,9 @@ from flightapp.vehicle.pose_history import PoseHistory
 from perception.errors import PerceptionInputError
 from perception.pipeline import PerceptionPipeline
 from perception.sources import DepthMode, DepthSource, RealSenseRecordingSource, SharedMemorySource, open_camera
+
+if TYPE_CHECKING:
+    from flightapp.control.tracker import VelocityTracker
 
 
 def limits_of(vehicle: Vehicle, profile: Profile) -> Limits:
@@ -78,6 +83,25 @@ def make_strategy(
     given.setdefault("capture", mission.capture.model_dump())
     given.setdefault("evader_speed_assumed_m_s", mission.evader_speed_assumed_m_s)
     return _named(where, lambda: make_planner(name, limits=limits, parameters=given, seed=seed))
+
+
+def build_tracker(mission: Mission, vehicle: Vehicle, profile: Profile) -> VelocityTracker | None:
+    """What follows the decided velocity over the autopilot's own loop; None where that loop is alone."""
+    if vehicle.role != "pursuer" or controller_of(mission, profile) == "autopilot":
+        return None
+    from flightapp.control.tracker import make_tracker
+
+    return make_tracker(profile)
+
+
+def controller_of(mission: Mission, profile: Profile) -> Controller:
+    """The mission's word goes before the profile's."""
+    return profile.control.controller if mission.controller is None else mission.controller
+
+
+def feeds_forward(mission: Mission, profile: Profile) -> bool:
+    """Whether accelerations are sent beside velocities."""
+    return profile.control.acceleration_feed_forward or controller_of(mission, profile) != "autopilot"
 
 
 def surveyed_obstacles(mission: Mission) -> ObstacleSet:

@@ -246,6 +246,8 @@ class ControlLoop:
         self.setpoints_sent += 1
         self._gaps.note(sent_s)
         self._previous = setpoint
+        if rooms.tracker is not None:
+            rooms.tracker.watch(own, dt_s)
         self._guards = tuple(name for name, _ in supervised.acting)
         clearance = clearance_m(own.position_ned_m[:2], self._obstacles.discs, rooms.limits.body_radius_m)
         self._clearance_m = None if clearance >= NO_OBSTACLE_M else clearance
@@ -255,6 +257,8 @@ class ControlLoop:
     def _note_demand(self, demand: Demand | None) -> None:
         """An event when what the supervisor asks for changes."""
         before, self.demand = self.demand, demand
+        if rooms.tracker is not None:
+            rooms.tracker.note(setpoint)
         if demand is not None and (before is None or before.action != demand.action or before.guard != demand.guard):
             text = f"{demand.guard} asks for {demand.action.name.lower()}: {demand.reason}"
             self._rooms.journal.event("warning", "safety", text, action=demand.action.name.lower(), guard=demand.guard)
@@ -276,6 +280,8 @@ class ControlLoop:
         rooms = self._rooms
         started_s = rooms.clock.now_s()
         try:
+        if self._rooms.tracker is not None:
+            planned = self._rooms.tracker.wish(planned)
             decision = rooms.planner.step(observation)
         except Exception as error:  # The planner is exchangeable; whatever it raises, the vehicle keeps hovering.
             if self.planner_failure is None:

@@ -22,7 +22,14 @@ from flightapp.fleet.team import Team
 from flightapp.recording.live import LiveView, url_told
 from flightapp.recording.recorder import Recorder
 from flightapp.recording.small_log import SUFFIX
-from flightapp.runtime.composition import build_perception, build_strategy, limits_of, surveyed_obstacles
+from flightapp.runtime.composition import (
+    build_perception,
+    build_strategy,
+    build_tracker,
+    feeds_forward,
+    limits_of,
+    surveyed_obstacles,
+)
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.heartbeat import IDLE, Heartbeat
 from flightapp.runtime.inputs import check_inputs
@@ -90,7 +97,7 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
             mission.datum.as_point(),
             clock,
             history,
-            acceleration_feed_forward=profile.control.acceleration_feed_forward,
+            acceleration_feed_forward=feeds_forward(mission, profile),
         )
         stack.callback(autopilot.close)
         rooms = Rooms(
@@ -110,6 +117,7 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
             boundary=mission.boundary.as_boundary(),
             surveyed=surveyed_obstacles(mission),
             election_memory=memory_path(wish.run, profile.recording.folder, mission.fleet, wish.vehicle),
+            tracker=build_tracker(mission, vehicle, profile),
         )
         journal.event("info", "recording", str(recorder.path))
         if recorder.live_url is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from flightapp.config.mission import Mission, Vehicle
 from flightapp.config.profile import Profile
@@ -16,6 +17,9 @@ from flightapp.runtime.heartbeat import Heartbeat
 from flightapp.runtime.journal import Journal
 from flightapp.safety.supervisor import Supervisor
 from flightapp.vehicle.autopilot import Autopilot
+
+if TYPE_CHECKING:
+    from flightapp.control.tracker import VelocityTracker  # compiled: loaded only where it flies
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,3 +45,5 @@ class Rooms:
     """Obstacles known from the mission, for a vehicle that flies without a camera."""
     election_memory: Path
     """File of the term and the vote that must survive a restart."""
+    tracker: VelocityTracker | None = None
+    """Between planner and supervisor, where the autopilot's own velocity loop is not to be alone."""

@@ -27,6 +27,7 @@ from flightapp.sim.autopilot_frames import Frames, displaced_origin
 from flightapp.sim.autopilot_parameters import Parameters, Value, parse_override
 from flightapp.sim.fault_script import ActiveFault, FaultEngine, FaultScript, load_fault_script
 from flightapp.sim.mavlink_io import RealTime, Station
+from flightapp.sim.mission_wind import wind_of
 from flightapp.sim.multirotor import Multirotor, MultirotorLimits, Vector, Wind
 
 _DATUM = GeodeticPoint(47.3977, 8.5456, 488.0)
@@ -109,7 +110,7 @@ def setup_from(arguments: argparse.Namespace) -> Setup:
         system_id, datum, origin, start, wind = 1, _DATUM, displaced_origin(_DATUM, 0.0, 0), (0.0, 0.0, 0.0, 0.0), Wind()
     else:
         mission = load_mission(arguments.mission)
-        system_id, datum, origin, start, wind = _from_mission(mission, arguments.vehicle, arguments.mission)
+        system_id, datum, origin, start, wind = _from_mission(mission, arguments.vehicle, arguments.mission, arguments.seed)
         faults = mission.simulation.faults.get(arguments.vehicle)
         if faults is not None and arguments.scenario is None:
             script = load_fault_script(arguments.mission.parent / faults)
@@ -138,7 +139,7 @@ def setup_from(arguments: argparse.Namespace) -> Setup:
 
 
 def _from_mission(
-    mission: Mission, name: str, path: Path
+    mission: Mission, name: str, path: Path, seed: int
 ) -> tuple[int, GeodeticPoint, GeodeticPoint, tuple[float, float, float, float], Wind]:
     """System id, datum, origin, start (north, east, down, heading) and wind of one vehicle of the mission."""
     names = [vehicle.name for vehicle in mission.vehicles]
@@ -152,7 +153,7 @@ def _from_mission(
         datum,
         displaced_origin(datum, simulation.origin_offset_m, index),
         (start.north_m, start.east_m, -start.ground_height_m, math.radians(start.heading_deg)),
-        Wind(simulation.wind_north_m_s, simulation.wind_east_m_s, simulation.gust_m_s),
+        wind_of(simulation, seed),
     )
 
 

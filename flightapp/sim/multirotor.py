@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from flightapp.core.angles import wrap_pi
@@ -45,13 +46,15 @@ class MultirotorLimits:
 
 @dataclass(frozen=True, slots=True)
 class Wind:
-    """Mean wind (the direction it blows to) and the standard deviation and correlation time of its gusts."""
+    """Mean wind (the direction it blows to), the standard deviation and correlation time of its gusts, and what comes on top."""
 
     north_m_s: float = 0.0
     east_m_s: float = 0.0
     gust_m_s: float = 0.0
     gust_correlation_s: float = 2.5
     gust_vertical_ratio: float = 0.3
+    air: Callable[[float, float], Vector] | None = None
+    """Further velocity of the air, NED in m/s, at a time since the start and a height above the ground (`sim.wind.air`)."""
 
 
 @dataclass(slots=True)
@@ -111,6 +114,7 @@ class Multirotor:
         self.motors = Motors()
         self._random = random.Random(f"multirotor {seed}")
         self._gust: Vector = (0.0, 0.0, 0.0)
+        self._flown_s = 0.0
         self._disturbance_estimate: Vector = (0.0, 0.0, 0.0)
         self._gain_1_s = min(
             limits.velocity_gain_1_s, 0.25 / limits.response_s, 0.9 * limits.jerk_max_m_s3 / limits.acceleration_max_m_s2
@@ -136,6 +140,7 @@ class Multirotor:
     def _drag(self, dt_s: float) -> Vector:
         """Acceleration by the air moving past the vehicle; none on the ground."""
         wind = self.wind
+        self._flown_s += dt_s
         if wind.gust_m_s > 0.0:
             decay = math.exp(-dt_s / wind.gust_correlation_s)
             kick = wind.gust_m_s * math.sqrt(1.0 - decay * decay)
@@ -150,6 +155,9 @@ class Multirotor:
             return (0.0, 0.0, 0.0)
         drag = self.limits.drag_1_s
         velocity, gust = self.velocity_ned_m_s, self._gust
+        if wind.air is not None:
+            north, east, down = wind.air(self._flown_s, self.height_above_ground_m)
+            gust = (gust[0] + north, gust[1] + east, gust[2] + down)
         return (
             drag * (wind.north_m_s + gust[0] - velocity[0]),
             drag * (wind.east_m_s + gust[1] - velocity[1]),

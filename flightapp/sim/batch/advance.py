@@ -35,6 +35,7 @@ from flightapp.sim.batch.single_integrator import fly_straight
 from flightapp.sim.batch.surrounding import encircles, in_formation, measure_encirclement
 from flightapp.sim.batch.unicycle import STANDING_M_S, fly_arc, steer
 from flightapp.sim.batch.walls import first_at_wall, way_wall_distance_m
+from flightapp.sim.wind import air_speed_max, air_velocity
 
 DOWN_M = -5.0
 """Height of the plane in which everything flies."""
@@ -43,6 +44,7 @@ _ROWS = numba.float64[:, ::1]
 _LISTS = numba.int64[:, ::1]
 _LIST = numba.int64[::1]
 _LAYERS = numba.float64[:, :, ::1]
+_AIR = numba.float64[::1]
 
 
 @compiled(numba.void(VEHICLE_TYPE, _LAYERS, numba.int64))
@@ -56,9 +58,15 @@ def keep_pose(vehicles: Records, poses: Array, step: int) -> None:
         poses[row, i, 4] = vehicle.yaw
 
 
-@compiled(numba.void(WORLD_TYPE, VEHICLE_TYPE, FRAME_TYPE, _ROWS, _LISTS, _LIST))
+@compiled(numba.void(WORLD_TYPE, VEHICLE_TYPE, FRAME_TYPE, _AIR, _ROWS, _LISTS, _LIST))
 def _select(
-    world: Records, vehicles: Records, frames: Records, discs: Array, near: NDArray[np.int64], counts: NDArray[np.int64]
+    world: Records,
+    vehicles: Records,
+    frames: Records,
+    air: Array,
+    discs: Array,
+    near: NDArray[np.int64],
+    counts: NDArray[np.int64],
 ) -> None:
     """near (n, m): the discs, `counts` (n,) of them, that vehicle i can touch or pass closer than ever in this control period.
 
@@ -69,7 +77,7 @@ def _select(
     for i in range(len(vehicles)):
         vehicle, frame = vehicles[i], frames[i]
         way = (max(frame.speed_max, math.hypot(vehicle.vn, vehicle.ve)) + frame.frame_acceleration * period_s) * period_s
-        way += (abs(w.wind_n) + abs(w.wind_e) + 4.0 * w.gust) * period_s
+        way += (abs(w.wind_n) + abs(w.wind_e) + 4.0 * w.gust + air_speed_max(air, -DOWN_M)) * period_s
         reach = frame.body_radius + max(0.0, w.clearance) + way
         count = 0
         for k in range(len(discs)):
@@ -81,9 +89,12 @@ def _select(
         counts[i] = count
 
 
-@compiled(numba.void(WORLD_TYPE, VEHICLE_TYPE, FRAME_TYPE, _LAYERS, numba.int64))
-def _move(world: Records, vehicles: Records, frames: Records, commands: Array, step: int) -> None:
-    """All vehicles through sub-step `step`; commands (n, r, 3: north, east in m/s, yaw), that of period k in row k % r."""
+@compiled(numba.void(WORLD_TYPE, VEHICLE_TYPE, FRAME_TYPE, _AIR, _LAYERS, numba.int64))
+def _move(world: Records, vehicles: Records, frames: Records, air: Array, commands: Array, step: int) -> None:
+    """All vehicles through sub-step `step`; commands (n, r, 3: north, east in m/s, yaw), that of period k in row k % r.
+
+    air: as `sim.wind.drawn`.
+    """
     w = world[0]
     for i in range(len(vehicles)):
         vehicle, frame = vehicles[i], frames[i]
@@ -106,6 +117,9 @@ def _move(world: Records, vehicles: Records, frames: Records, commands: Array, s
             if w.gust > 0.0:
                 blow(world, vehicles, i, step)
             wind_n, wind_e = w.wind_n + vehicle.gust_n, w.wind_e + vehicle.gust_e
+            if len(air) > 0:
+                wind_n += air_velocity(air, 0, step * w.sub_step_s, -DOWN_M)
+                wind_e += air_velocity(air, 1, step * w.sub_step_s, -DOWN_M)
             fly_frame(vehicles, frames, i, command_n, command_e, yaw_rad, wind_n, wind_e, w.sub_step_s)
         vehicle.path_m += math.hypot(vehicle.n - vehicle.before_n, vehicle.e - vehicle.before_e)
 
@@ -319,6 +333,7 @@ def _measure_turning(vehicles: Records, frames: Records) -> None:
         WORLD_TYPE,
         VEHICLE_TYPE,
         FRAME_TYPE,
+        _AIR,
         _LAYERS,
         _ROWS,
         _ROWS,
@@ -334,6 +349,7 @@ def advance(
     world: Records,
     vehicles: Records,
     frames: Records,
+    air: Array,
     commands: Array,
     discs: Array,
     walls: Array,
@@ -348,16 +364,16 @@ def advance(
 
     commands (n, r, 3), discs (m, 7) at t = 0, walls (w, 4), area (4,), sides (s, 4), poses (h, n, 5) written, near (n, m) and
     counts (n,) are work space, states (2 n, 3) written: position and velocity NED of each vehicle.
-    Ties: collision, capture, crossing.
+    air: as `sim.wind.drawn`. Ties: collision, capture, crossing.
     """
     w = world[0]
     outcome = FLYING
     last = len(vehicles) - 1
-    _select(world, vehicles, frames, discs, near, counts)
+    _select(world, vehicles, frames, air, discs, near, counts)
     for j in range(w.sub_steps):
         step = w.tick * w.sub_steps + j
         start_s = step * w.sub_step_s
-        _move(world, vehicles, frames, commands, step)
+        _move(world, vehicles, frames, air, commands, step)
         if w.solid == 1:
             _stop_at_surfaces(world, vehicles, frames, discs, area, near[last], counts[last], start_s + w.sub_step_s)
             _stop_at_walls(vehicles, frames, walls)

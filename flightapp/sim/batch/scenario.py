@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field, field_validator, model_validator
 
 from flightapp.config.loading import Strict, read_toml, validate
 from flightapp.config.parameter_files import beside
+from flightapp.config.wind import HarmonicWind
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits
 from flightapp.planning.capture import CaptureRule
@@ -157,10 +158,12 @@ class Wind(Strict):
     east_m_s: float = 0.0
     gust_m_s: float = Field(default=0.0, ge=0)
     gust_correlation_s: float = Field(default=2.5, gt=0)
+    harmonic: HarmonicWind | None = None
+    """On top of these: harmonics with a gust step, stronger with height."""
 
     @property
     def blows(self) -> bool:
-        return self.north_m_s != 0.0 or self.east_m_s != 0.0 or self.gust_m_s > 0.0
+        return self.north_m_s != 0.0 or self.east_m_s != 0.0 or self.gust_m_s > 0.0 or self.harmonic is not None
 
 
 class Planner(Strict):
@@ -289,6 +292,9 @@ class SuburbanScenario(Scenario):
     layout: SuburbanLayout = SuburbanLayout()
 
 
+WHOLE = ("layout.pursuers", "layout.evader")
+"""Tables whose fields exclude one another: a file that extends another gives all of such a table or nothing."""
+
 FAMILIES: Mapping[str, type[Scenario]] = {
     "dense": DenseScenario,
     "u-trap": UTrapScenario,
@@ -338,12 +344,15 @@ def _without_name(tables: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in tables.items() if key not in ("name", "description")}
 
 
-def _merged(base: dict[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
-    """`top` over `base`, table by table."""
+def _merged(base: dict[str, Any], top: Mapping[str, Any], within: str = "") -> dict[str, Any]:
+    """`top` over `base`, table by table; those of WHOLE, and the parameters of another policy, are replaced."""
     merged = dict(base)
+    if merged.get("policy") != top.get("policy", merged.get("policy")):
+        merged.pop("parameters", None)
     for key, value in top.items():
-        before = merged.get(key)
-        merged[key] = _merged(before, value) if isinstance(before, dict) and isinstance(value, dict) else value
+        before, name = merged.get(key), f"{within}{key}"
+        both = isinstance(before, dict) and isinstance(value, dict) and name not in WHOLE
+        merged[key] = _merged(before, value, f"{name}.") if both else value
     return merged
 
 

@@ -21,6 +21,7 @@ from flightapp.sim.batch.scenario import Scenario
 from flightapp.sim.batch.sensing import sense
 from flightapp.sim.batch.surrounding import measure_encirclement
 from flightapp.sim.batch.walls import cover_discs, edge_rows
+from flightapp.sim.wind import STILL, drawn
 
 NOTHING_UNSEEN = np.zeros((0, 2))
 
@@ -36,6 +37,7 @@ class World:
         along_walls = cover_discs(layout.polygons)
         self._sensed = np.concatenate((self.discs, along_walls))
         self.record = world_record(scenario, layout, wind_key, sensing_key)
+        self._air = STILL if scenario.wind.harmonic is None else drawn(scenario.wind.harmonic, wind_key)
         self.vehicles = vehicle_records(layout)
         self._frames = frame_records(scenario)
         self.record["walls"] = len(along_walls)
@@ -114,6 +116,7 @@ class World:
             self.record,
             self.vehicles,
             self._frames,
+            self._air,
             self._commands,
             self.discs,
             self._walls,

@@ -31,6 +31,8 @@ STARTING_S = 1.5
 """So long after the wish for OFFBOARD a heartbeat with another mode does not end the repeats."""
 CONNECTION_LOST_S = 3.0
 VELOCITY_AND_YAW = 2503
+POSITION_VELOCITY_ACCELERATION_AND_YAW = 2048
+"""As MAVSDK sends an acceleration: with a position of NaN."""
 ORDERS = (
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM,
     mavlink.MAV_CMD_NAV_TAKEOFF,
@@ -187,9 +189,16 @@ class VirtualAutopilot:
             raise ValueError(f"setpoint is not finite: velocity {(north, east, down)} m/s, yaw {setpoint.yaw_rad} rad")
         now_s = self._clock.now_s()
         self.sent.append((now_s, setpoint))
+        place, mask, forward = 0.0, VELOCITY_AND_YAW, (0.0, 0.0, 0.0)
+        if setpoint.acceleration_ned_m_s2 is not None:
+            place, mask, forward = (
+                math.nan,
+                POSITION_VELOCITY_ACCELERATION_AND_YAW,
+                tuple(map(float, setpoint.acceleration_ned_m_s2)),
+            )
         message = mavlink.MAVLink_set_position_target_local_ned_message(
-            *(0, self._system_id, 1, mavlink.MAV_FRAME_LOCAL_NED, VELOCITY_AND_YAW),
-            *(0, 0, 0, north, east, down, 0, 0, 0, setpoint.yaw_rad, 0),
+            *(0, self._system_id, 1, mavlink.MAV_FRAME_LOCAL_NED, mask),
+            *(place, place, place, north, east, down, *forward, setpoint.yaw_rad, 0),
         )
         self._setpoint, self._setpoint_s = message.pack(self._packer), now_s
         self._transmit_setpoint(self._setpoint)

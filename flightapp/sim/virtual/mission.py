@@ -23,7 +23,7 @@ from flightapp.fleet.team import Team
 from flightapp.planning.api import Planner
 from flightapp.recording.recorder import Recorder
 from flightapp.recording.sink import OpenFile, create_file
-from flightapp.runtime.composition import build_strategy, limits_of, surveyed_obstacles
+from flightapp.runtime.composition import build_strategy, build_tracker, limits_of, surveyed_obstacles
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.executive import Executive
 from flightapp.runtime.heartbeat import CLIMBING, IDLE, Heartbeat
@@ -38,8 +38,8 @@ from flightapp.sim.autopilot_frames import Frames, displaced_origin
 from flightapp.sim.autopilot_parameters import Value
 from flightapp.sim.fault_script import FaultScript
 from flightapp.sim.mavlink_dialect import mavlink
+from flightapp.sim.mission_wind import wind_of
 from flightapp.sim.mock_autopilot import Setup, frame_limits, make_station
-from flightapp.sim.multirotor import Wind
 from flightapp.sim.virtual.autopilot import VirtualAutopilot
 from flightapp.sim.virtual.camera import VirtualCamera
 from flightapp.sim.virtual.event_loop import VirtualClock, VirtualEventLoop
@@ -224,7 +224,7 @@ class _Builder:
             position_ned_m=(start.north_m, start.east_m, -start.ground_height_m),
             heading_rad=math.radians(start.heading_deg),
             limits=frame_limits(profile.limits),
-            wind=Wind(simulation.wind_north_m_s, simulation.wind_east_m_s, simulation.gust_m_s),
+            wind=wind_of(simulation, self.seed),
             script=script,
             parameters=dict(PARAMETERS),
             noise=None,
@@ -271,6 +271,7 @@ class _Builder:
         executive.attach(loop)
         camera, source = None, None
         if vehicle.camera and profile.camera.source != "none":
+            tracker=build_tracker(mission, vehicle, profile),
             if self.rendered:
                 source = RenderedSource(mission, profile, clock, self.seed * 1000 + vehicle.system_id)
                 loop.perception = perception_of(source, vehicle, profile, history, clock, loop.wake_from_thread)
