@@ -65,8 +65,9 @@ class EncirclementParameters(StrategyParameters):
     """Speed per metre to the goal; without it, the goal is reached in one period by a single integrator, in 0.8 s by others."""
     evader_lead_s: float = Field(default=0.0, ge=0, le=3)
     """The box is laid around where the evader will be after this time."""
-    evader_feed_forward: float = Field(default=0.0, ge=0, le=1)
-    """Share of the evader's velocity that is flown beside the approach: with it the box is kept up with, not trailed."""
+    evader_feed_forward: float | None = Field(default=None, ge=0, le=1)
+    """Share of the evader's velocity that is flown beside the approach: with it the box is kept up with, not trailed. Without it,
+    0 for a single integrator, 1 for others."""
 
     # what is old
     prediction_max_s: float = Field(default=1.0, ge=0)

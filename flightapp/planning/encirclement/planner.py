@@ -18,6 +18,7 @@ from flightapp.planning.encirclement.cells import Dynamics, held_velocity
 from flightapp.planning.encirclement.moment import Cutting, Method, Moment
 from flightapp.planning.encirclement.parameters import EncirclementParameters
 from flightapp.planning.encirclement.situation import Evader, Looking, Situation
+from flightapp.planning.encirclement.standstill import Standstill
 from flightapp.planning.geometry.convex import AREA_MIN_M2
 from flightapp.planning.geometry.half_planes import PLANE_COLUMNS
 from flightapp.planning.geometry.hull import hull_distance_m
@@ -39,9 +40,12 @@ class EncirclementPlanner:
         self._looking, self._cutting = Looking(limits, parameters), Cutting()
         self._make_method = method
         self._at_once = parameters.vehicle == "single-integrator"
+        share = parameters.evader_feed_forward
+        self._feed_forward = (0.0 if self._at_once else 1.0) if share is None else share
         separation_m = parameters.team_separation_m or 2.0 * (limits.body_radius_m + limits.safety_margin_m)
         self._box = Box(parameters, limits.speed_max_m_s, separation_m / 2.0)
         self._speeds, self._corners, self._spare = np.zeros((64, PLANE_COLUMNS)), np.zeros((64, 2)), np.zeros((64, 2))
+        self._standstill = Standstill(parameters, limits.speed_max_m_s, self._looking.kept_m, self._looking.walls)
         self.reset()
 
     def reset(self, seed: int | None = None) -> None:
@@ -49,6 +53,7 @@ class EncirclementPlanner:
         del seed
         self._box.reset()
         self._method = self._make_method()
+        self._standstill.reset()
         self._watch = CaptureWatch(self._parameters.capture)
         self._mode = ""
 
@@ -79,6 +84,9 @@ class EncirclementPlanner:
         moment = self._cutting.moment(situation, ahead, evader.velocity, half_m, 1.0 / self._gain_1_s(situation))
         mode = self._next_mode(evader, captured)
         goal = evader.place if mode == SEARCH else self._method(moment)
+        way = ""
+        if self._parameters.deadlock and mode == ENCIRCLE:
+            goal, way = self._standstill.goal(moment, goal, encircled=hull_m <= 0.0)
         velocity = self._held(situation, self._wish(situation, evader, goal))
         diagnostics: dict[str, object] = {
             "stage": mode,
@@ -89,6 +97,7 @@ class EncirclementPlanner:
             "box_half_m": list(half_m),
             "cell_area_m2": moment.cells.target_area_m2,
             "slack_m": float(situation.planes[0, 2]) if situation.plane_count else None,
+            "guidance": way,
             "flags": self._flags(situation, moment, crowded=crowded),
         }
         return self._decision(situation, velocity, goal, mode, self._reason(mode, evader, hull_m), diagnostics)
@@ -112,7 +121,7 @@ class EncirclementPlanner:
     def _wish(self, situation: Situation, evader: Evader, goal: Point) -> Point:
         """To the goal at top speed, slower only where it would be passed within a period."""
         gain = self._gain_1_s(situation)
-        share = self._parameters.evader_feed_forward
+        share = self._feed_forward
         n = gain * (goal[0] - situation.own[0]) + share * evader.velocity[0]
         e = gain * (goal[1] - situation.own[1]) + share * evader.velocity[1]
         return limited((n, e), self._limits.speed_max_m_s) if math.hypot(n, e) > AT_THE_GOAL_M else (0.0, 0.0)

@@ -18,6 +18,8 @@ from flightapp.planning.plane import Point, planar
 
 Mask = NDArray[np.bool_]
 
+DISC_SHARE, MATE_SHARE = 1.0, 0.5
+"""Of the room before it that is one's own."""
 FORGOTTEN_S = 10.0
 """A teammate's last place is kept clear of no longer than this."""
 
@@ -67,9 +69,9 @@ class Looking:
 
     def __init__(self, limits: Limits, parameters: EncirclementParameters) -> None:
         self._limits, self._parameters = limits, parameters
-        self._kept_m = limits.body_radius_m + limits.safety_margin_m
-        self._separation_m = parameters.team_separation_m or 2.0 * self._kept_m
-        self._polygons = polygons(parameters.polygons_m)
+        self.kept_m = limits.body_radius_m + limits.safety_margin_m
+        self._separation_m = parameters.team_separation_m or 2.0 * self.kept_m
+        self.walls = polygons(parameters.polygons_m)
         self._braking_s = parameters.control_period_s
         if parameters.vehicle != "single-integrator":
             self._braking_s += parameters.reaction_s
@@ -89,10 +91,10 @@ class Looking:
                 count += 1
         vehicles = [mate.place for mate in mates] + ([evader.place] if evader else [])
         count = self._add_discs(rows, count, observation, own, vehicles)
-        self._planes = _grown(self._planes, count + self._polygons.count)
+        self._planes = _grown(self._planes, count + self.walls.count)
         filled = add_rounds(*own, rows, count, self._planes, 0)
-        if self._polygons.count:
-            filled = add_polygons(*own, self._polygons.corners, self._polygons.starts, self._kept_m, self._planes, filled)
+        if self.walls.count:
+            filled = add_polygons(*own, self.walls.corners, self.walls.starts, self.kept_m, self._planes, filled)
         counted = [own, *(mate.place for mate in mates if mate.age_s < self._parameters.mate_silent_s)]
         return Situation(
             t_s=observation.t_s,
@@ -135,7 +137,7 @@ class Looking:
         stale = mate.age_s > self._parameters.mate_stale_s
         uncertain_m = self._uncertain_m(mate) + 3.0 * self._parameters.position_sigma_m
         reach_m = self._separation_m + (1.0 if stale else 2.0) * uncertain_m
-        return *mate.place, reach_m, 1.0 if stale else 0.5, zlib.crc32(mate.name.encode()) / 2.0**32 * TWO_PI
+        return *mate.place, reach_m, DISC_SHARE if stale else MATE_SHARE, zlib.crc32(mate.name.encode()) / 2.0**32 * TWO_PI
 
     def _uncertain_m(self, mate: Mate) -> float:
         """How far the teammate can be from where it is believed to be: what it may have flown since, whatever it then did.
@@ -156,7 +158,7 @@ class Looking:
         parameters = self._parameters
         seen = np.array(discs[:, :5], dtype=np.float64)
         kept = np.isfinite(seen).all(axis=1) & (seen[:, 2] >= 0.0)
-        swept_m: float | Array = self._kept_m + 3.0 * parameters.position_sigma_m
+        swept_m: float | Array = self.kept_m + 3.0 * parameters.position_sigma_m
         if seen[:, 3:].any():
             seen[:, :2] += max(0.0, observation.t_s - observation.obstacles.t_s) * seen[:, 3:]
             speeds = np.hypot(seen[:, 3], seen[:, 4])
@@ -167,7 +169,7 @@ class Looking:
         seen[:, 2] += swept_m
         found = seen[kept, :3]
         filled = rows[count : count + len(found)]
-        filled[:, :3], filled[:, 3], filled[:, 4] = found, 1.0, 0.0
+        filled[:, :3], filled[:, 3], filled[:, 4] = found, DISC_SHARE, 0.0
         return count + len(found)
 
     def _are_vehicles(self, discs: Array, vehicles: Array) -> Mask:
