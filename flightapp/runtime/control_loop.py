@@ -237,6 +237,8 @@ class ControlLoop:
         rooms.journal.observation(
             observation, context, self._last_frame, planned=self.guidance is Guidance.PLANNER, held=self.held
         )
+        if rooms.tracker is not None:
+            rooms.tracker.watch(own, dt_s)
         wish = self._wish(observation)
         supervised = rooms.supervisor.check(wish, context)
         self._note_demand(supervised.demand)
@@ -247,7 +249,7 @@ class ControlLoop:
         self._gaps.note(sent_s)
         self._previous = setpoint
         if rooms.tracker is not None:
-            rooms.tracker.watch(own, dt_s)
+            rooms.tracker.note(setpoint)
         self._guards = tuple(name for name, _ in supervised.acting)
         clearance = clearance_m(own.position_ned_m[:2], self._obstacles.discs, rooms.limits.body_radius_m)
         self._clearance_m = None if clearance >= NO_OBSTACLE_M else clearance
@@ -257,8 +259,6 @@ class ControlLoop:
     def _note_demand(self, demand: Demand | None) -> None:
         """An event when what the supervisor asks for changes."""
         before, self.demand = self.demand, demand
-        if rooms.tracker is not None:
-            rooms.tracker.note(setpoint)
         if demand is not None and (before is None or before.action != demand.action or before.guard != demand.guard):
             text = f"{demand.guard} asks for {demand.action.name.lower()}: {demand.reason}"
             self._rooms.journal.event("warning", "safety", text, action=demand.action.name.lower(), guard=demand.guard)
@@ -271,6 +271,8 @@ class ControlLoop:
         if planned is None or self.held:
             return self._hover.setpoint(observation.own, self._yaw_rad)
         self._hover.restart()
+        if self._rooms.tracker is not None:
+            planned = self._rooms.tracker.wish(planned)
         if math.isfinite(planned.yaw_rad):
             self._yaw_rad = planned.yaw_rad
         return planned
@@ -280,8 +282,6 @@ class ControlLoop:
         rooms = self._rooms
         started_s = rooms.clock.now_s()
         try:
-        if self._rooms.tracker is not None:
-            planned = self._rooms.tracker.wish(planned)
             decision = rooms.planner.step(observation)
         except Exception as error:  # The planner is exchangeable; whatever it raises, the vehicle keeps hovering.
             if self.planner_failure is None:

@@ -265,13 +265,13 @@ class _Builder:
             boundary=mission.boundary.as_boundary(),
             surveyed=surveyed_obstacles(mission),
             election_memory=memory_path(self.run, profile.recording.folder, mission.fleet, name),
+            tracker=build_tracker(mission, vehicle, profile),
         )
         executive = Executive(rooms)
         loop = ControlLoop(rooms, executive.on_command)
         executive.attach(loop)
         camera, source = None, None
         if vehicle.camera and profile.camera.source != "none":
-            tracker=build_tracker(mission, vehicle, profile),
             if self.rendered:
                 source = RenderedSource(mission, profile, clock, self.seed * 1000 + vehicle.system_id)
                 loop.perception = perception_of(source, vehicle, profile, history, clock, loop.wake_from_thread)
