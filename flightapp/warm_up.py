@@ -31,7 +31,7 @@ WHOLE = (
     "flightapp.sim.world",
     "flightapp.planning.evasion.voronoi_cell",
     "flightapp.planning.encirclement.planner",
-    "flightapp.space.world",
+    "flightapp.planning.path_planning.rrt_star.planner",
 )
 OBJECTS = 100_000
 """New objects between two collections of garbage: at Python's 700 they take a sixth of the time."""

@@ -17,13 +17,22 @@ NEVER = math.inf
 CONTACT = numba.types.Tuple((numba.float64, numba.int64))  # type: ignore[no-untyped-call]
 
 
-@compiled(CONTACT(BODIES, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER))
+@compiled(CONTACT(BODIES, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER))
 def first_contact(
-    bodies: Array, north: float, east: float, down: float, vn: float, ve: float, vd: float, radius_m: float, horizon_s: float
+    bodies: Array,
+    north: float,
+    east: float,
+    down: float,
+    vn: float,
+    ve: float,
+    vd: float,
+    start_s: float,
+    radius_m: float,
+    horizon_s: float,
 ) -> tuple[float, int]:
-    """(time in s, row of the body) at which a ball of `radius_m` first touches a body; (NEVER, -1) not within `horizon_s`.
+    """(s after the start, row of the body) at which a ball of `radius_m` first touches one; (NEVER, -1) not within `horizon_s`.
 
-    The ball is at the point at time zero and flies with (vn, ve, vd), every body with its own velocity. The signed distance
+    The ball is at the point at `start_s` and flies with (vn, ve, vd), every body with its own velocity. The signed distance
     changes no faster than the two approach, so time can be advanced by their quotient without missing a contact
     (specification 2.7, stage 4).
     """
@@ -31,10 +40,12 @@ def first_contact(
     for i in range(bodies.shape[0]):
         un, ue, ud = vn - bodies[i, V_NORTH], ve - bodies[i, V_EAST], vd - bodies[i, V_DOWN]
         speed = math.sqrt(un * un + ue * ue + ud * ud)
+        moved_n, moved_e, moved_d = bodies[i, V_NORTH] * start_s, bodies[i, V_EAST] * start_s, bodies[i, V_DOWN] * start_s
+        begin_n, begin_e, begin_d = north - moved_n, east - moved_e, down - moved_d
         end = min(first, horizon_s)
         t = 0.0
         while t <= end:
-            gap = body_gap(bodies, i, north + un * t, east + ue * t, down + ud * t)[0] - radius_m
+            gap = body_gap(bodies, i, begin_n + un * t, begin_e + ue * t, begin_d + ud * t)[0] - radius_m
             if gap <= TOUCHING_M:
                 if t < first:
                     first, which = t, i

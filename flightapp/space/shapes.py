@@ -110,6 +110,11 @@ def bodies_of(shapes: Iterable[Shape]) -> Array:
     return rows
 
 
+def no_bodies() -> Array:
+    """The rows (0, BODY_COLUMNS) of nothing."""
+    return np.zeros((0, BODY_COLUMNS))
+
+
 def bodies_of_discs(discs: Array) -> Array:
     """Rows (n, BODY_COLUMNS) of the `discs` (n, 7) of an ObstacleSet: vertical cylinders, moving as observed."""
     rows = np.zeros((len(discs), BODY_COLUMNS))

@@ -26,6 +26,7 @@ class Contact:
     """The first touch of a flying ball and a body."""
 
     t_s: float
+    """Counted from the start of the flight."""
     body: int
     """Row of the body."""
 
@@ -36,7 +37,7 @@ class World:
 
     bodies: Array
     resting: Array
-    """Rows of the bodies without velocity, which `cells` refers to."""
+    """Rows of the bodies without velocity, which `cells` refers to; in an order that does not depend on theirs in `bodies`."""
     moving: Array
     cells: Cells
 
@@ -47,8 +48,8 @@ class World:
     @classmethod
     def of_bodies(cls, bodies: Array, reach_m: float = REACH_M) -> World:
         moves = (bodies[:, V_NORTH : V_DOWN + 1] != 0.0).any(axis=1)
-        resting = np.ascontiguousarray(bodies[~moves])
-        return cls(bodies, resting, np.ascontiguousarray(bodies[moves]), sort_into_cells(resting, reach_m))
+        resting = _in_order(bodies[~moves])
+        return cls(bodies, resting, _in_order(bodies[moves]), sort_into_cells(resting, reach_m))
 
     def signed_distance_m(self, point_ned_m: Array, t_s: float = 0.0) -> float:
         """From a point (3,) to the nearest body at `t_s`; negative inside; NO_OBSTACLE_M in an empty world."""
@@ -65,6 +66,19 @@ class World:
         all_gaps(self.bodies, *_numbers(point_ned_m), t_s, gaps)
         return gaps
 
+    def resting_distance_m(self, point_ned_m: Array) -> float:
+        """Signed distance to the nearest body at rest."""
+        return signed_distance(self.resting, *_numbers(point_ned_m), 0.0)
+
+    def resting_distance_and_gradient(self, point_ned_m: Array) -> tuple[float, Array]:
+        """The same, and the unit vector (3,) away from it."""
+        distance, *gradient = signed_distance_and_gradient(self.resting, *_numbers(point_ned_m), 0.0)
+        return distance, np.array(gradient)
+
+    def moving_distance_m(self, point_ned_m: Array, t_s: float) -> float:
+        """Signed distance to the nearest moving body at `t_s`."""
+        return signed_distance(self.moving, *_numbers(point_ned_m), t_s)
+
     def nearest(
         self, point_ned_m: Array, count: int, t_s: float = 0.0, within_m: float = math.inf
     ) -> tuple[NDArray[np.int64], Array]:
@@ -80,10 +94,17 @@ class World:
         along = np.asarray(end_ned_m, dtype=np.float64) - start_ned_m
         return is_way_free(self.resting, self.cells, *_numbers(start_ned_m), *_numbers(along), gap_m)
 
-    def first_contact(self, point_ned_m: Array, velocity_ned_m_s: Array, radius_m: float, horizon_s: float) -> Contact | None:
+    def first_contact(
+        self, point_ned_m: Array, velocity_ned_m_s: Array, radius_m: float, horizon_s: float, start_s: float = 0.0
+    ) -> Contact | None:
         """Of a ball that flies straight on from a point (3,), with any body, resting or moving; None not within the horizon."""
-        t_s, body = first_contact(self.bodies, *_numbers(point_ned_m), *_numbers(velocity_ned_m_s), radius_m, horizon_s)
+        flown = (*_numbers(point_ned_m), *_numbers(velocity_ned_m_s))
+        t_s, body = first_contact(self.bodies, *flown, start_s, radius_m, horizon_s)
         return None if body < 0 else Contact(t_s, body)
+
+
+def _in_order(bodies: Array) -> Array:
+    return np.ascontiguousarray(bodies[np.lexsort(bodies.T[::-1])])
 
 
 def _numbers(vector: Array) -> tuple[float, float, float]:
