@@ -7,18 +7,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from flightapp.core.angles import wrap_pi
-from flightapp.core.types import Decision, Limits, Observation
+from flightapp.core.types import Array, Decision, Limits, Observation
 from flightapp.planning.encirclement.box import Box
 from flightapp.planning.encirclement.capture_watch import CaptureWatch
 from flightapp.planning.encirclement.cells import Dynamics, held_velocity
 from flightapp.planning.encirclement.moment import Cutting, Method, Moment
 from flightapp.planning.encirclement.parameters import EncirclementParameters
+from flightapp.planning.encirclement.primitives import Primitives
 from flightapp.planning.encirclement.situation import Evader, Looking, Situation
 from flightapp.planning.encirclement.standstill import Standstill
+from flightapp.planning.encirclement.unicycle import nose_first
 from flightapp.planning.geometry.convex import AREA_MIN_M2
 from flightapp.planning.geometry.half_planes import PLANE_COLUMNS
 from flightapp.planning.geometry.hull import hull_distance_m
@@ -32,6 +35,16 @@ AT_THE_GOAL_M = 1e-9
 VIOLATED_M = -1e-9
 
 
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """A command: m/s, rad, m/s2, and for a primitive where it comes from."""
+
+    velocity: Point
+    yaw_rad: float
+    acceleration: Array | None = None
+    source: str = ""
+
+
 class EncirclementPlanner:
     """One pursuer. Nothing in it is random."""
 
@@ -39,6 +52,8 @@ class EncirclementPlanner:
         self._limits, self._parameters = limits, parameters
         self._looking, self._cutting = Looking(limits, parameters), Cutting()
         self._make_method = method
+        self._deceleration_m_s2 = limits.acceleration_max_m_s2 * parameters.braking_share
+        self._primitives = Primitives(limits, parameters.jerk_weight, parameters.goal_weight)
         self._at_once = parameters.vehicle == "single-integrator"
         share = parameters.evader_feed_forward
         self._feed_forward = (0.0 if self._at_once else 1.0) if share is None else share
@@ -54,6 +69,7 @@ class EncirclementPlanner:
         self._box.reset()
         self._method = self._make_method()
         self._standstill.reset()
+        self._primitives.reset()
         self._watch = CaptureWatch(self._parameters.capture)
         self._mode = ""
 
@@ -66,9 +82,9 @@ class EncirclementPlanner:
 
     def _hold(self, situation: Situation) -> Decision:
         """Without an idea of where the evader is: stand, clear of everything."""
-        velocity = self._held(situation, (0.0, 0.0))
+        motion = self._motion(situation, (0.0, 0.0), situation.own)
         diagnostics: dict[str, object] = {"stage": HOLD, "flags": self._flags(situation, None, crowded=False)}
-        return self._decision(situation, velocity, None, HOLD, "the target was never seen or is lost", diagnostics)
+        return self._decision(motion, None, HOLD, "the target was never seen or is lost", diagnostics)
 
     def _pursue(self, situation: Situation, evader: Evader) -> Decision:
         hull_m = hull_distance_m(situation.team, *evader.place)
@@ -87,7 +103,7 @@ class EncirclementPlanner:
         way = ""
         if self._parameters.deadlock and mode == ENCIRCLE:
             goal, way = self._standstill.goal(moment, goal, encircled=hull_m <= 0.0)
-        velocity = self._held(situation, self._wish(situation, evader, goal))
+        motion = self._motion(situation, self._wish(situation, evader, goal), goal)
         diagnostics: dict[str, object] = {
             "stage": mode,
             "target_distance_m": float(distances[0]),
@@ -100,7 +116,9 @@ class EncirclementPlanner:
             "guidance": way,
             "flags": self._flags(situation, moment, crowded=crowded),
         }
-        return self._decision(situation, velocity, goal, mode, self._reason(mode, evader, hull_m), diagnostics)
+        if motion.source:
+            diagnostics["primitive"] = motion.source
+        return self._decision(motion, goal, mode, self._reason(mode, evader, hull_m), diagnostics)
 
     def _next_mode(self, evader: Evader, captured: bool) -> str:
         if captured:
@@ -129,10 +147,22 @@ class EncirclementPlanner:
     def _gain_1_s(self, situation: Situation) -> float:
         return self._parameters.approach_gain_1_s or (1.0 / situation.period_s if self._at_once else APPROACH_GAIN_1_S)
 
+    def _motion(self, situation: Situation, wish: Point, goal: Point) -> Motion:
+        """What the vehicle can fly of it, as it can."""
+        if self._parameters.vehicle == "triple-integrator":
+            velocity, acceleration, source = self._primitives.step(situation, goal)
+            n, e = velocity.tolist()
+            return Motion((n, e), self._yaw_rad(situation, (n, e)), acceleration, source)
+        held = self._held(situation, wish)
+        if self._parameters.vehicle == "unicycle":
+            held, yaw_rad = nose_first(situation, held, self._limits, self._deceleration_m_s2)
+            return Motion(held, yaw_rad)
+        return Motion(held, self._yaw_rad(situation, held))
+
     def _held(self, situation: Situation, wish: Point) -> Point:
         """What of `wish` keeps the vehicle in its safety cell."""
         parameters, limits = self._parameters, self._limits
-        deceleration = 0.0 if self._at_once else limits.acceleration_max_m_s2 * parameters.braking_share
+        deceleration = 0.0 if self._at_once else self._deceleration_m_s2
         dynamics = Dynamics(
             limits.speed_max_m_s,
             situation.period_s,
@@ -168,8 +198,7 @@ class EncirclementPlanner:
 
     def _decision(
         self,
-        situation: Situation,
-        velocity: Point,
+        motion: Motion,
         goal: Point | None,
         mode: str,
         reason: str,
@@ -177,9 +206,9 @@ class EncirclementPlanner:
     ) -> Decision:
         changed, self._mode = mode != self._mode, mode
         return Decision(
-            velocity_ned_m_s=np.array((*velocity, 0.0)),
-            acceleration_ned_m_s2=None,
-            yaw_rad=self._yaw_rad(situation, velocity),
+            velocity_ned_m_s=np.array((*motion.velocity, 0.0)),
+            acceleration_ned_m_s2=None if motion.acceleration is None else np.array((*motion.acceleration, 0.0)),
+            yaw_rad=wrap_pi(motion.yaw_rad),
             mode=mode,
             goal_ned_m=None if goal is None else np.array((*goal, 0.0)),
             reason=reason if changed else "",
@@ -190,6 +219,6 @@ class EncirclementPlanner:
         """Nose along the way; at rest towards the evader."""
         if math.hypot(*velocity) > FACING_SPEED_M_S or situation.evader is None:
             moving = math.hypot(*velocity) > AT_THE_GOAL_M
-            return wrap_pi(math.atan2(velocity[1], velocity[0]) if moving else situation.yaw_rad)
+            return math.atan2(velocity[1], velocity[0]) if moving else situation.yaw_rad
         n, e = situation.evader.place
-        return wrap_pi(math.atan2(e - situation.own[1], n - situation.own[0]))
+        return math.atan2(e - situation.own[1], n - situation.own[0])
