@@ -15,10 +15,12 @@ from flightapp.core.types import (
     TeamMember,
     VehicleState,
 )
+from flightapp.fleet.coordination.team_plan import TeamPlan
 
 __all__ = [
     "Boundary",
     "Build",
+    "BuildTeamPlan",
     "Decision",
     "Given",
     "Limits",
@@ -46,3 +48,9 @@ class Build(Protocol):
     """The function `build` of a strategy's module: `name` is the one in the registry, under which several may share a module."""
 
     def __call__(self, name: str, limits: Limits, given: Given, seed: int) -> Planner: ...
+
+
+class BuildTeamPlan(Protocol):
+    """The function `build_team_plan` of a module in the registry's TEAM_PLANS; `given` is what the strategy itself is given."""
+
+    def __call__(self, name: str, limits: Limits, given: Given) -> TeamPlan: ...

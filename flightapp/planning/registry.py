@@ -12,8 +12,9 @@ from typing import cast
 
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits
+from flightapp.fleet.coordination.team_plan import TeamPlan
 from flightapp.planning.ac2f.variants import VARIANTS, left_open
-from flightapp.planning.api import Build, Given, Planner
+from flightapp.planning.api import Build, BuildTeamPlan, Given, Planner
 
 ENCIRCLEMENT = ("oa-ecbvc", "oavc", "surround-hunt", "spaced", "greedy")
 
@@ -22,6 +23,11 @@ PLANNERS: Mapping[str, str] = {
     **dict.fromkeys(("hunting", "tracking-hunting", "dwa"), "flightapp.planning.hunting.build"),
     **dict.fromkeys(ENCIRCLEMENT, "flightapp.planning.encirclement.build"),
 }
+
+TEAM_PLANS: Mapping[str, str] = {
+    "hunting": "flightapp.planning.hunting.team_plan",
+}
+"""Strategies whose leader plans otherwise than by sectors around the evader."""
 
 EVADERS: Mapping[str, str] = {
     "adversarial": "flightapp.planning.evasion.adversarial",
@@ -44,6 +50,14 @@ def make_planner(name: str, *, limits: Limits, parameters: Given = None, seed: i
     if name not in PLANNERS:
         raise InputError(f"strategy.name = '{name}': no such pursuer strategy; known: {', '.join(planner_names())}")
     return _built(PLANNERS[name], name, limits, parameters, seed)
+
+
+def make_team_plan(name: str, *, limits: Limits, parameters: Given = None) -> TeamPlan | None:
+    """What the leader of a team under the strategy `name` plans by; None: by sectors around the evader."""
+    if name not in TEAM_PLANS:
+        return None
+    build = cast(BuildTeamPlan, importlib.import_module(TEAM_PLANS[name]).build_team_plan)
+    return build(name, limits, parameters)
 
 
 def make_evader(name: str, *, limits: Limits, parameters: Given = None, seed: int = 0) -> Planner:

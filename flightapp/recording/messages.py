@@ -191,6 +191,8 @@ class ObservationRecord:
     battery_fraction: float | None
     assignment_bearing_rad: float | None = None
     assignment_arrival_s: float | None = None
+    assignment_rendezvous: list[float] | None = None
+    """Of plans that meet the evader on its way: north_m, east_m, heading_rad, radius_m, slots, slot, closing (0 or 1)."""
 
 
 @dataclass(slots=True)

@@ -11,7 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flightapp.core.types import Array, Assignment, Boundary, Observation, ObstacleSet, TargetTrack, TeamMember, VehicleState
+from flightapp.core.types import (
+    Array,
+    Assignment,
+    Boundary,
+    Observation,
+    ObstacleSet,
+    Rendezvous,
+    TargetTrack,
+    TeamMember,
+    VehicleState,
+)
 from flightapp.recording.messages import ObservationRecord, ObservedMember, ObservedTarget
 from flightapp.safety.api import SafetyContext
 
@@ -42,6 +52,7 @@ def observation_record(
         context.battery_fraction,
         None if observation.assignment is None else observation.assignment.bearing_rad,
         None if observation.assignment is None else observation.assignment.arrival_s,
+        None if observation.assignment is None else _rendezvous_record(observation.assignment.rendezvous),
     )
 
 
@@ -107,7 +118,20 @@ def _member(record: ObservedMember, t_s: float) -> TeamMember:
 def _assignment(record: ObservationRecord) -> Assignment | None:
     if record.assignment_bearing_rad is None or record.assignment_arrival_s is None:
         return None
-    return Assignment(record.assignment_bearing_rad, record.assignment_arrival_s)
+    return Assignment(record.assignment_bearing_rad, record.assignment_arrival_s, _rendezvous(record.assignment_rendezvous))
+
+
+def _rendezvous_record(at: Rendezvous | None) -> list[float] | None:
+    if at is None:
+        return None
+    return [at.north_m, at.east_m, at.heading_rad, at.radius_m, float(at.slots), float(at.slot), float(at.closing)]
+
+
+def _rendezvous(numbers: list[float] | None) -> Rendezvous | None:
+    if numbers is None:
+        return None
+    north_m, east_m, heading_rad, radius_m, slots, slot, closing = numbers
+    return Rendezvous(north_m, east_m, heading_rad, radius_m, round(slots), round(slot), bool(closing))
 
 
 def _target_record(track: TargetTrack) -> ObservedTarget:

@@ -16,8 +16,9 @@ from flightapp.config.tracking import Controller
 from flightapp.core.clock import SystemClock
 from flightapp.core.errors import InputError
 from flightapp.core.types import Limits, ObstacleSet
+from flightapp.fleet.coordination.team_plan import TeamPlan
 from flightapp.planning.api import Planner
-from flightapp.planning.registry import evader_names, file_parameters, make_evader, make_planner, planner_names
+from flightapp.planning.registry import evader_names, file_parameters, make_evader, make_planner, make_team_plan, planner_names
 from flightapp.recording.depth import DepthCamera
 from flightapp.recording.messages import CameraMounting
 from flightapp.recording.recorder import Recorder
@@ -48,6 +49,15 @@ def build_strategy(mission: Mission, vehicle: Vehicle, profile: Profile, mission
     return make_strategy(vehicle.strategy.name, parameters, mission, vehicle, profile, where, seed)
 
 
+def build_team_plan(mission: Mission, vehicle: Vehicle, profile: Profile, mission_path: Path) -> TeamPlan | None:
+    """What a pursuer plans by for the team when it leads, where its strategy brings that."""
+    if vehicle.role != "pursuer":
+        return None
+    where = f"{mission_path}: strategy of '{vehicle.name}'"
+    given = with_facts(strategy_parameters(vehicle, mission_path, where), mission)
+    return make_team_plan(vehicle.strategy.name, limits=limits_of(vehicle, profile), parameters=given)
+
+
 def strategy_parameters(vehicle: Vehicle, mission_path: Path, where: str) -> dict[str, object]:
     """What mission and parameter file say of the vehicle's strategy; paths as they are reached from here."""
     parameters: dict[str, object] = {}
@@ -73,15 +83,13 @@ def make_strategy(
 ) -> Planner:
     """The planner or evader policy `name` for `vehicle`; what `parameters` leave open is the mission's. `where` begins errors."""
     limits = limits_of(vehicle, profile)
-    given = dict(parameters)
+    given = with_facts(parameters, mission) if vehicle.role == "pursuer" else dict(parameters)
     if vehicle.role == "evader":
         if name not in evader_names():
             raise InputError(f"{where}: name = '{name}': no such evader policy; known: {', '.join(evader_names())}")
         return _named(where, lambda: make_evader(name, limits=limits, parameters=given, seed=seed))
     if name not in planner_names():
         raise InputError(f"{where}: name = '{name}': no such planner; known: {', '.join(planner_names())}")
-    given.setdefault("capture", mission.capture.model_dump())
-    given.setdefault("evader_speed_assumed_m_s", mission.evader_speed_assumed_m_s)
     return _named(where, lambda: make_planner(name, limits=limits, parameters=given, seed=seed))
 
 
@@ -102,6 +110,12 @@ def controller_of(mission: Mission, profile: Profile) -> Controller:
 def feeds_forward(mission: Mission, profile: Profile) -> bool:
     """Whether accelerations are sent beside velocities."""
     return profile.control.acceleration_feed_forward or controller_of(mission, profile) != "autopilot"
+
+
+def with_facts(parameters: Mapping[str, object], mission: Mission) -> dict[str, object]:
+    """A pursuer's `parameters`; what they leave open of the mission's facts is the mission's."""
+    facts = {"capture": mission.capture.model_dump(), "evader_speed_assumed_m_s": mission.evader_speed_assumed_m_s}
+    return {**facts, **parameters}
 
 
 def surveyed_obstacles(mission: Mission) -> ObstacleSet:

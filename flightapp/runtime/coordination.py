@@ -6,7 +6,8 @@ from flightapp.core.types import Assignment, Decision, ObstacleSet, TargetTrack,
 from flightapp.fleet.coordination.agreement import Agreement, Capture, Verdict
 from flightapp.fleet.coordination.core import Coordinator, Voice
 from flightapp.fleet.coordination.plan import Plan
-from flightapp.fleet.coordination.scene import Pursuer, Scene
+from flightapp.fleet.coordination.scene import Scene, pursuer_of
+from flightapp.fleet.coordination.sector_plan import SectorPlan
 from flightapp.fleet.messages.plan import PLAN
 from flightapp.fleet.messages.verdict import VERDICT
 from flightapp.planning.capture import CaptureRule
@@ -28,7 +29,7 @@ class Coordination:
         self._leadership = leadership
         self._takes_part = rooms.vehicle.role == "pursuer"
         self._configured = tuple(vehicle.name for vehicle in rooms.mission.vehicles if vehicle.role == "pursuer")
-        self._coordinator = Coordinator(CaptureRule(**rooms.mission.capture.model_dump()).slot_radius_m)
+        self._coordinator = Coordinator(rooms.team_plan or SectorPlan(_ring_radius_m(rooms)))
         self._agreement = Agreement(rooms.vehicle.name)
         self._verdict_due_s = -float("inf")
         self.capture: Capture | None = None
@@ -50,9 +51,7 @@ class Coordination:
 
     def assignment(self) -> Assignment | None:
         """The own part, for the planner."""
-        plan = self.plan
-        seat = None if plan is None else plan.seat_of(self._rooms.vehicle.name)
-        return None if plan is None or seat is None else Assignment(seat.bearing_rad, plan.arrival_s)
+        return self._coordinator.assignment(self._rooms.vehicle.name)
 
     def partners(self, now_s: float) -> tuple[TeamMember, ...]:
         """Teammates for the planner: all that take part, but who fell silent and was planned without."""
@@ -96,7 +95,7 @@ class Coordination:
             places.append((rooms.vehicle.name, motion.state))
         fastest = rooms.profile.limits.speed_max_m_s
         pursuers = tuple(
-            Pursuer(name, float(state.position_ned_m[0]), float(state.position_ned_m[1]), min(speed_of[name] or fastest, fastest))
+            pursuer_of(name, state, min(speed_of[name] or fastest, fastest))
             for name, state in sorted(places, key=lambda place: place[0])
         )
         north, east, _ = map(float, target.position_ned_m)
@@ -130,6 +129,10 @@ class Coordination:
         self._rooms.journal.event(
             level, "plan", text, term=plan.term, version=plan.version, members=list(plan.members), joined=joined, dropped=dropped
         )
+
+
+def _ring_radius_m(rooms: Rooms) -> float:
+    return CaptureRule(**rooms.mission.capture.model_dump()).slot_radius_m
 
 
 def around(plan: Plan) -> tuple[str, ...]:

@@ -25,6 +25,7 @@ from flightapp.recording.small_log import SUFFIX
 from flightapp.runtime.composition import (
     build_perception,
     build_strategy,
+    build_team_plan,
     build_tracker,
     feeds_forward,
     limits_of,
@@ -117,6 +118,7 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
             boundary=mission.boundary.as_boundary(),
             surveyed=surveyed_obstacles(mission),
             election_memory=memory_path(wish.run, profile.recording.folder, mission.fleet, wish.vehicle),
+            team_plan=build_team_plan(mission, vehicle, profile, wish.mission),
             tracker=build_tracker(mission, vehicle, profile),
         )
         journal.event("info", "recording", str(recorder.path))

@@ -11,6 +11,7 @@ from flightapp.config.profile import Profile
 from flightapp.core.clock import Clock
 from flightapp.core.types import Boundary, Limits, ObstacleSet
 from flightapp.estimation.target_filter import TargetFilter
+from flightapp.fleet.coordination.team_plan import TeamPlan
 from flightapp.fleet.team import Team
 from flightapp.planning.api import Planner
 from flightapp.runtime.heartbeat import Heartbeat
@@ -45,5 +46,7 @@ class Rooms:
     """Obstacles known from the mission, for a vehicle that flies without a camera."""
     election_memory: Path
     """File of the term and the vote that must survive a restart."""
+    team_plan: TeamPlan | None = None
+    """What this vehicle plans by for the team when it leads; None: by sectors around the evader."""
     tracker: VelocityTracker | None = None
     """Between planner and supervisor, where the autopilot's own velocity loop is not to be alone."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flightapp.core.types import Assignment, Rendezvous
+
 
 @dataclass(frozen=True, slots=True)
 class Seat:
@@ -17,6 +19,25 @@ class Seat:
     east_m: float
     alone_s: float
     """When it would be there at full speed."""
+    slot: int = 0
+    """Of a meeting, the vehicle's place on the ring; below 0 it trails the evader, -1 first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """Where the evader is met, in plans that foresee that."""
+
+    north_m: float
+    east_m: float
+    heading_rad: float
+    """The evader's course on arrival."""
+    radius_m: float
+    """Of the ring of slots."""
+    t_s: float
+    """Fleet time."""
+    slots: int
+    closing: bool
+    """The ring is around the evader, and moves with it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +47,7 @@ class Plan:
     term: int
     version: int
     seats: tuple[Seat, ...]
+    meeting: Meeting | None = None
 
     @property
     def rank(self) -> tuple[int, int]:
@@ -38,9 +60,20 @@ class Plan:
 
     @property
     def arrival_s(self) -> float:
-        """When all are to be there: the latest sets the time."""
-        return max(seat.alone_s for seat in self.seats)
+        """When all are to be there: the meeting, or else the latest sets the time."""
+        return max(seat.alone_s for seat in self.seats) if self.meeting is None else self.meeting.t_s
 
     def seat_of(self, vehicle: str) -> Seat | None:
         """None for who takes no part."""
         return next((seat for seat in self.seats if seat.vehicle == vehicle), None)
+
+
+def assignment_of(plan: Plan, vehicle: str) -> Assignment | None:
+    """The part of `vehicle`, as its planner gets it; None for who takes no part."""
+    seat, at = plan.seat_of(vehicle), plan.meeting
+    if seat is None:
+        return None
+    if at is None:
+        return Assignment(seat.bearing_rad, plan.arrival_s)
+    there = Rendezvous(at.north_m, at.east_m, at.heading_rad, at.radius_m, at.slots, seat.slot, at.closing)
+    return Assignment(seat.bearing_rad, plan.arrival_s, there)

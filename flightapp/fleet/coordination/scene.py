@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-from flightapp.core.types import Array
+from flightapp.core.types import Array, VehicleState
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +16,9 @@ class Pursuer:
     north_m: float
     east_m: float
     speed_max_m_s: float
+    speed_m_s: float = 0.0
+    heading_rad: float = 0.0
+    """Of the nose, clockwise from north."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,3 +31,10 @@ class Scene:
     v_east_m_s: float
     pursuers: tuple[Pursuer, ...]
     discs: Array
+
+
+def pursuer_of(name: str, state: VehicleState, speed_max_m_s: float) -> Pursuer:
+    """The vehicle `name` in `state`."""
+    north, east, _ = state.position_ned_m.tolist()
+    v_north, v_east, _ = state.velocity_ned_m_s.tolist()
+    return Pursuer(name, north, east, speed_max_m_s, math.hypot(v_north, v_east), state.yaw_rad)

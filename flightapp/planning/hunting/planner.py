@@ -23,6 +23,8 @@ from flightapp.planning.prediction import TrackHistory
 
 ALONE = ""
 """The own name in plans that are made alone: an observation does not tell it."""
+PERIOD_MIN_S, PERIOD_MAX_S = 0.01, 1.0
+"""Of control: what an observation says of it is taken within these bounds."""
 TURNING_SHARE = 0.8
 """Of the sharpest turn."""
 
@@ -68,6 +70,7 @@ class HuntingPlanner:
     def step(self, observation: Observation) -> Decision:
         """One decision; see the class."""
         view = self._sight.look(observation)
+        self._period_s = min(PERIOD_MAX_S, max(PERIOD_MIN_S, observation.dt_s or self._parameters.control_period_s))
         if observation.target is not None and observation.target.age_s <= self._parameters.target_stale_s:
             north, east, _ = observation.target.position_ned_m.tolist()
             self._history.note(observation.target.t_s, (north, east))
@@ -80,7 +83,7 @@ class HuntingPlanner:
         if guided is not None:
             direction = towards(view.own_m, guided)
             speed = self._limits.speed_max_m_s
-            intent = Intent(intent.phase, guided, (speed * direction[0], speed * direction[1]), intent.facing_rad, intent.slot_m)
+            intent = Intent(intent.phase, guided, (speed * direction[0], speed * direction[1]), intent.facing_rad)
         velocity, yaw_rad = self._fly(view, intent)
         self._sight.commanded(*velocity)
         return self._decision(view, intent, rendezvous, velocity, yaw_rad, guided)
@@ -95,12 +98,12 @@ class HuntingPlanner:
         separation_m = self._rules.bodies.separation_m
         out_m = held_out_m(rendezvous, bearing_rad, view.target_m, parameters.evader_radius_m, separation_m)
         follows = parameters.goal == "target"
-        return intend(view, rendezvous, bearing_rad, out_m, parameters.capture, self._limits, follows), rendezvous
+        return intend(view, rendezvous, bearing_rad, out_m, parameters.capture, self._limits, follows, self._period_s), rendezvous
 
     def _blind(self, view: View, age_s: float) -> Intent:
         """Without a fresh target: to where it was; when it is lost, outwards with the age of what is known, facing out."""
         if self._seen is None:
-            return Intent(HOLD, view.own_m, (0.0, 0.0), view.course_rad, view.own_m)
+            return Intent(HOLD, view.own_m, (0.0, 0.0), view.course_rad)
         place = self._seen[1]
         if age_s > self._parameters.target_lost_s:
             away = math.atan2(view.own_m[1] - place[1], view.own_m[0] - place[0])
@@ -108,9 +111,9 @@ class HuntingPlanner:
             place = place[0] + reach * math.cos(away), place[1] + reach * math.sin(away)
         distance, direction = math.dist(view.own_m, place), towards(view.own_m, place)
         if distance < self._limits.body_radius_m:
-            return Intent(SEARCH, place, (0.0, 0.0), wrap_pi(view.course_rad + 0.5), place)
+            return Intent(SEARCH, place, (0.0, 0.0), wrap_pi(view.course_rad + 0.5))
         speed = min(self._limits.speed_max_m_s, distance)
-        return Intent(SEARCH, place, (speed * direction[0], speed * direction[1]), view.course_rad, place)
+        return Intent(SEARCH, place, (speed * direction[0], speed * direction[1]), view.course_rad)
 
     def _share(self, observation: Observation, view: View) -> tuple[Rendezvous, float]:
         """The own part of the leader's plan, or of one made alone."""
@@ -159,6 +162,9 @@ class HuntingPlanner:
         if view.depth_m > self._parameters.leave_first_m:
             return self._leave(view)
         motion, state = self._motion[0], self._state[0]
+        motion["period_s"] = self._period_s
+        if self._parameters.window == "cycle":
+            motion["window_s"] = self._period_s
         state["n"], state["e"] = view.ahead_m
         state["course"], state["speed"] = view.course_rad, min(view.speed_m_s, self._limits.speed_max_m_s)
         if view.speed_m_s < 1e-3:
@@ -170,7 +176,7 @@ class HuntingPlanner:
         far_m = 3.0 * self._limits.speed_max_m_s * float(motion["horizon_s"])
         state["aim_n"] = view.ahead_m[0] + far_m * math.cos(facing)
         state["aim_e"] = view.ahead_m[1] + far_m * math.sin(facing)
-        state["wanted_speed"] = min(speed, self._turning_m_s(view, intent.goal_m, facing))
+        state["wanted_speed"] = speed if intent.moves else min(speed, self._turning_m_s(view, intent.goal_m, facing))
         self._give_way(view, intent)
         if len(self._discs) < len(view.scene):
             self._discs = np.zeros((2 * len(view.scene), 5))
@@ -181,7 +187,7 @@ class HuntingPlanner:
         )  # fmt: skip
         if state["best"] < 0 and view.speed_m_s < 1e-3:
             return self._look_around(view)
-        course = wrap_pi(view.course_rad + float(state["first_turn"]) * self._parameters.control_period_s)
+        course = wrap_pi(view.course_rad + float(state["first_turn"]) * self._period_s)
         state["turn"] = state["first_turn"]
         first = float(state["first_speed"])
         return (first * math.cos(course), first * math.sin(course)), course
@@ -217,7 +223,7 @@ class HuntingPlanner:
         """Standing without any way to go: turn to the widest free gap."""
         gap = float(free_gap_rad(view.scene, *view.own_m, float(self._limits.speed_max_m_s)))
         error = 0.0 if math.isnan(gap) else wrap_pi(gap - view.course_rad)
-        step = self._limits.yaw_rate_max_rad_s * self._parameters.control_period_s
+        step = self._limits.yaw_rate_max_rad_s * self._period_s
         self._state["turn"] = 0.0
         return (0.0, 0.0), wrap_pi(view.course_rad + max(-step, min(step, error)))
 
@@ -289,7 +295,7 @@ def motion_record(parameters: HuntingParameters, limits: Limits) -> np.ndarray:
     motion["turn_acceleration"] = limits.yaw_acceleration_max_rad_s2
     motion["period_s"], motion["reaction_s"] = parameters.control_period_s, parameters.reaction_s
     motion["horizon_s"] = horizon_s
-    motion["window_s"] = horizon_s if parameters.window == "horizon" else parameters.control_period_s
+    motion["window_s"] = horizon_s
     motion["heading_weight"] = parameters.weight_heading
     motion["clearance_weight"] = parameters.weight_clearance
     motion["velocity_weight"] = parameters.weight_velocity

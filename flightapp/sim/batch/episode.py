@@ -115,7 +115,9 @@ class _Flight:
         self._world = World(scenario, layout, stream(Stream.WIND), stream(Stream.SENSING), sees_walls)
         self._cameras = _depth_sensing(scenario, self._world, stream(Stream.SENSING))
         self._link = TeamLink(scenario, stream(Stream.MESSAGES))
-        self._assigning = Assigning(scenario, stream(Stream.MESSAGES)) if scenario.messages.assignment else None
+        self._assigning: Assigning | None = None
+        if scenario.messages.assignment:
+            self._assigning = Assigning(scenario, stream(Stream.MESSAGES), planner, given, limits)
         self._sight = TargetSight(scenario, stream(Stream.TARGET))
         target = scenario.target
         self._target_is_truth = not (target.position_noise_m or target.velocity_noise_m_s or target.latency_s)
@@ -147,7 +149,7 @@ class _Flight:
                 seen[:-1] = self._cameras.obstacles(tick, teams, target)
             assigned: list[Assignment | None] = [None] * self._count
             if self._assigning is not None:
-                assigned = self._assigning.assignments(tick, states[0], teams[0], target, seen[0])
+                assigned = self._assigning.assignments(tick, states[:-1], teams[:-1], target, seen[:-1], alive)
             observations = [
                 Observation(t_s, period_s, states[i], teams[i], target, seen[i], boundary, assigned[i])
                 for i in range(self._count)
@@ -179,6 +181,8 @@ class _Flight:
             self._world.remove(index)
 
     def _leader(self) -> int | None:
+        if self._assigning is not None:
+            return self._assigning.leader
         return 0 if self._failing.alive[0] else None
 
     def _target(self, tick: int, t_s: float, evader: VehicleState, covariance: Array) -> TargetTrack | None:

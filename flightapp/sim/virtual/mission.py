@@ -23,7 +23,7 @@ from flightapp.fleet.team import Team
 from flightapp.planning.api import Planner
 from flightapp.recording.recorder import Recorder
 from flightapp.recording.sink import OpenFile, create_file
-from flightapp.runtime.composition import build_strategy, build_tracker, limits_of, surveyed_obstacles
+from flightapp.runtime.composition import build_strategy, build_team_plan, build_tracker, limits_of, surveyed_obstacles
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.executive import Executive
 from flightapp.runtime.heartbeat import CLIMBING, IDLE, Heartbeat
@@ -265,6 +265,7 @@ class _Builder:
             boundary=mission.boundary.as_boundary(),
             surveyed=surveyed_obstacles(mission),
             election_memory=memory_path(self.run, profile.recording.folder, mission.fleet, name),
+            team_plan=build_team_plan(mission, vehicle, profile, self.mission_path),
             tracker=build_tracker(mission, vehicle, profile),
         )
         executive = Executive(rooms)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flightapp.fleet.coordination.core import JOIN_S, PLAN_PERIOD_S, Coordinator, Voice
+from flightapp.fleet.coordination.core import JOIN_S, Coordinator, Voice
 from flightapp.fleet.coordination.plan import Plan, Seat
 from flightapp.fleet.coordination.scene import Pursuer, Scene
+from flightapp.fleet.coordination.sector_plan import PLAN_PERIOD_S, SectorPlan
 from flightapp.fleet.messages.codec import Header, decode, encode
 from flightapp.fleet.messages.plan import PLAN
 from tests.fleet.coordination.test_sectors import OPEN, RING_M
@@ -37,7 +38,7 @@ voices = st.builds(Voice, st.sampled_from((None, *NAMES)), st.integers(0, 4), is
 def test_whatever_is_heard_the_plan_in_force_never_goes_back_and_is_the_leaders(
     story: list[tuple[Voice, list[tuple[str, Plan]]]],
 ) -> None:
-    core = Coordinator(RING_M)
+    core = Coordinator(SectorPlan(RING_M))
     before = None
     for number, (voice, inbox) in enumerate(story):
         core.step(0.04 * number, voice, None, inbox)
@@ -50,7 +51,7 @@ def test_whatever_is_heard_the_plan_in_force_never_goes_back_and_is_the_leaders(
 
 
 def test_without_a_leader_the_last_plan_stays_whatever_is_heard() -> None:
-    core = Coordinator(RING_M)
+    core = Coordinator(SectorPlan(RING_M))
     core.step(0.0, FOLLOWS, scene_of(*NAMES), [("p1", plan_of(1, 3, *NAMES))])
     before = core.plan
     for tick in range(1, 200):
@@ -60,14 +61,14 @@ def test_without_a_leader_the_last_plan_stays_whatever_is_heard() -> None:
 
 
 def test_a_leader_plans_five_times_a_second_and_counts_on() -> None:
-    core = Coordinator(RING_M)
+    core = Coordinator(SectorPlan(RING_M))
     sent = [plan for tick in range(100) for plan in core.step(0.04 * tick, LEADS, scene_of(*NAMES), ())]
     assert len(sent) == round(100 * 0.04 / PLAN_PERIOD_S)
     assert [plan.version for plan in sent] == list(range(1, len(sent) + 1))
 
 
 def test_who_drops_out_is_planned_without_at_once_and_who_comes_back_has_to_stay_first() -> None:
-    core = Coordinator(RING_M)
+    core = Coordinator(SectorPlan(RING_M))
     members = []
     for tick in range(50):
         there = NAMES if tick < 10 or tick >= 20 else ("p1", "p3")
@@ -81,7 +82,7 @@ def test_who_drops_out_is_planned_without_at_once_and_who_comes_back_has_to_stay
 
 
 def test_a_new_leader_goes_on_with_the_seats_of_the_old_one() -> None:
-    old, new = Coordinator(RING_M), Coordinator(RING_M)
+    old, new = Coordinator(SectorPlan(RING_M)), Coordinator(SectorPlan(RING_M))
     (plan,) = old.step(0.0, LEADS, scene_of(*NAMES), ())
     new.step(0.0, FOLLOWS, scene_of(*NAMES), [("p1", plan)])
     (next_plan,) = new.step(1.0, Voice("p2", 2, is_own=True), scene_of(*NAMES), ())
@@ -91,7 +92,7 @@ def test_a_new_leader_goes_on_with_the_seats_of_the_old_one() -> None:
 
 
 def test_the_plans_arrival_is_that_of_the_last_one() -> None:
-    core = Coordinator(RING_M)
+    core = Coordinator(SectorPlan(RING_M))
     far = Pursuer("p2", -50.0, 0.0, 5.0)
     core.step(100.0, LEADS, Scene(0.0, 0.0, 0.0, 0.0, (Pursuer("p1", 5.0, 0.0, 5.0), far), OPEN), ())
     assert core.plan is not None
@@ -102,7 +103,7 @@ def test_the_plans_arrival_is_that_of_the_last_one() -> None:
 
 
 def test_a_chase_that_never_ends_is_still_a_plan_that_can_be_sent() -> None:
-    core = Coordinator(RING_M)
+    core = Coordinator(SectorPlan(RING_M))
     (plan,) = core.step(0.0, LEADS, Scene(0.0, 0.0, 4.9999, 0.0, (Pursuer("p1", -50.0, 0.0, 5.0),), OPEN), ())
     header = Header("p1", 1, 0.0)
     heard, _ = decode(PLAN, encode(PLAN, plan, header))

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flightapp.fleet.coordination.agreement import Verdict
-from flightapp.fleet.coordination.core import ARRIVAL_MAX_S
 from flightapp.fleet.coordination.plan import Plan, Seat
+from flightapp.fleet.coordination.sector_plan import ARRIVAL_MAX_S
 from flightapp.fleet.messages.codec import PAYLOAD_MAX_BYTES, Header, MalformedPayloadError, decode, encode
 from flightapp.fleet.messages.plan import PLAN
 from flightapp.fleet.messages.verdict import VERDICT

@@ -16,6 +16,7 @@ from flightapp.core.types import Array
 from flightapp.fleet.coordination.arrival import arrival_times_s, detours_m
 from flightapp.fleet.coordination.core import Coordinator, Voice
 from flightapp.fleet.coordination.scene import Pursuer, Scene
+from flightapp.fleet.coordination.sector_plan import SectorPlan
 from flightapp.fleet.coordination.sectors import divide
 
 RING_M = 2.2
@@ -80,7 +81,7 @@ def test_seats_do_not_swap_back_and_forth_where_two_divisions_are_as_good() -> N
         for tick in range(100):
             east = [generator.gauss(0.0, 0.3) for _ in range(2)]
             seen = scene((-20.0, east[0]), (-22.0, east[1]))
-            core = coordinator or Coordinator(RING_M)
+            core = coordinator or Coordinator(SectorPlan(RING_M))
             (plan,) = core.step(0.2 * tick, Voice("p1", 1, is_own=True), seen, ())
             now = wrapped_rad(plan.seats[0].bearing_rad) > 0.0
             changes += sides is not None and now != sides
@@ -88,11 +89,11 @@ def test_seats_do_not_swap_back_and_forth_where_two_divisions_are_as_good() -> N
         return changes
 
     assert orders(None) > 10, "without a memory the noise exchanges them"
-    assert orders(Coordinator(RING_M)) == 0
+    assert orders(Coordinator(SectorPlan(RING_M))) == 0
 
 
 def test_seats_are_exchanged_where_it_gains_seconds() -> None:
-    core, voice = Coordinator(RING_M), Voice("p1", 1, is_own=True)
+    core, voice = Coordinator(SectorPlan(RING_M)), Voice("p1", 1, is_own=True)
     (before,) = core.step(0.0, voice, scene((0.0, 10.0), (0.0, -10.0)), ())
     (after,) = core.step(0.2, voice, scene((0.0, -10.0), (0.0, 10.0)), ())
     assert abs(wrapped_rad(before.seats[0].bearing_rad - after.seats[0].bearing_rad)) == pytest.approx(math.pi, abs=0.1)
