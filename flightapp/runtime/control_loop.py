@@ -21,7 +21,7 @@ from flightapp.core.types import Decision, Observation, ObstacleSet, Setpoint, T
 from flightapp.fleet.messages.command import Command
 from flightapp.runtime.coordination import Coordination
 from flightapp.runtime.fleet_time import FleetTime
-from flightapp.runtime.heartbeat import ACTIVE, CLIMBING, IDLE
+from flightapp.runtime.heartbeat import ACTIVE, CLIMBING, IDLE, LEFT
 from flightapp.runtime.hover import Hover, wish_of
 from flightapp.runtime.leadership import Leadership
 from flightapp.runtime.perception_thread import PerceptionThread
@@ -38,6 +38,7 @@ TEAM_PERIOD_S = 0.1
 MOTION_EXTRAPOLATION_MAX_S = 0.3
 LATENESS_KEPT = 10_000
 CLIMBING_PHASES = ("arm", "takeoff")
+CLIMBING_MODES = ("TAKEOFF", "HOLD")
 
 
 class Guidance(Enum):
@@ -205,6 +206,14 @@ class ControlLoop:
         if self.phase in CLIMBING_PHASES and not self.in_offboard:
             return CLIMBING
         return ACTIVE if armed or self.guidance is not Guidance.NONE else IDLE
+
+    @property
+    def last_stage(self) -> bytes:
+        """What the deadman is told when this process ends: LEFT where an armed vehicle was last seen in a mode of its climb that
+        this app asked for. A lost link is the way to that; PX4 would hold there until its battery is empty.
+        """
+        status = self._rooms.autopilot.status()
+        return LEFT if status.armed and status.flight_mode in CLIMBING_MODES and self.in_own_mode() else IDLE
 
     def _command(self, now_s: float, dt_s: float, own: VehicleState, own_age_s: float, new_frame: bool) -> None:
         rooms = self._rooms

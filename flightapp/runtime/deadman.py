@@ -4,9 +4,10 @@ MAVSDK repeats the last offboard setpoint from a native thread at 20 Hz, also wh
 never notice. The deadman reads one byte a control period from a pipe. While the vehicle process says that setpoints may
 be flowing or that the vehicle is armed, silence of `timeout_s` means SIGKILL; the repeats stop with the process and PX4's own
 offboard-loss failsafe takes over. Returning or landing the autopilot goes on with the mode it is in.
-A vehicle process that dies in its climb, where PX4 would go on to HOLD for ever, is followed by `vehicle.last_resort`, which
-lands the vehicle. The deadman imports nothing that can hang, does not talk to the autopilot itself, and reads the monotonic clock
-itself: it must not depend on anything of the process that it watches.
+A vehicle process that dies in its climb, or ends there because the link is lost, where PX4 would go on to HOLD for ever, is
+followed by `vehicle.last_resort`, which lands the vehicle as soon as it is heard. The deadman imports nothing that can hang, does
+not talk to the autopilot itself, and reads the monotonic clock itself: it must not depend on anything of the process that it
+watches.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import time
 from collections.abc import Sequence
 from types import FrameType
 
-from flightapp.runtime.heartbeat import CLIMBING, IDLE
+from flightapp.runtime.heartbeat import CLIMBING, IDLE, LEFT
 
 EXIT_FAULT = 3
 
@@ -29,7 +30,7 @@ EXIT_FAULT = 3
 def run_guarded(command: Sequence[str], timeout_s: float, last_resort: Sequence[str] = ()) -> int:
     """Run `command` (given `--heartbeat-fd N`) under the deadman; its exit status, or 3 when it had to be killed.
 
-    last_resort: a command that lands the vehicle, run after a death in the climb.
+    last_resort: a command that lands the vehicle, run after a death in the climb and where the vehicle was left in it.
 
     SIGTERM and SIGINT are passed on, so that the vehicle process lands and closes its recording.
     """
@@ -52,7 +53,7 @@ def run_guarded(command: Sequence[str], timeout_s: float, last_resort: Sequence[
         status = child.wait()
         if not 0 <= status <= EXIT_FAULT:
             status = _report(f"vehicle process ended by itself with status {status}")
-    if stage == CLIMBING and last_resort:
+    if stage in (CLIMBING, LEFT) and last_resort:
         subprocess.run(last_resort, check=False)
     return status
 
@@ -62,7 +63,7 @@ def _watch(descriptor: int, timeout_s: float) -> tuple[float | None, bytes]:
     stage = IDLE
     last = time.monotonic()
     while True:
-        left = None if stage == IDLE else max(0.0, timeout_s - (time.monotonic() - last))
+        left = None if stage in (IDLE, LEFT) else max(0.0, timeout_s - (time.monotonic() - last))
         ready, _, _ = select.select([descriptor], [], [], left)
         now = time.monotonic()
         if not ready:

@@ -9,6 +9,8 @@ ACTIVE = b"a"
 """Setpoints may be flowing: silence from now on means kill."""
 CLIMBING = b"c"
 """As ACTIVE, in a mode that no failsafe of the autopilot's own ends: whoever finds this process dead must land the vehicle."""
+LEFT = b"l"
+"""This process ends by itself and leaves the vehicle in its climb: silence is harmless, but the vehicle must be landed."""
 IDLE = b"i"
 """Nothing depends on this process: silence is harmless."""
 
@@ -24,7 +26,7 @@ class Heartbeat:
             os.set_blocking(descriptor, False)
 
     def beat(self, stage: bytes) -> None:
-        """Tell ACTIVE, CLIMBING or IDLE."""
+        """Tell ACTIVE, CLIMBING, LEFT or IDLE."""
         self.last = stage
         if self._descriptor is None:
             return

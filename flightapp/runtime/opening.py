@@ -32,7 +32,7 @@ from flightapp.runtime.composition import (
     surveyed_obstacles,
 )
 from flightapp.runtime.control_loop import ControlLoop
-from flightapp.runtime.heartbeat import IDLE, Heartbeat
+from flightapp.runtime.heartbeat import Heartbeat
 from flightapp.runtime.inputs import check_inputs
 from flightapp.runtime.journal import Journal
 from flightapp.runtime.leadership import memory_path
@@ -163,7 +163,7 @@ async def running_loop(opened: Opened, on_command: Callable[[Command], tuple[boo
             with suppress(asyncio.CancelledError):
                 await task
             rooms.autopilot.close()  # The deadman watches until MAVSDK, and with it its repeats, is gone.
-            rooms.heartbeat.beat(IDLE)
+            rooms.heartbeat.beat(loop.last_stage)
 
 
 async def _publish_the_end(loop: ControlLoop) -> None:

@@ -116,7 +116,10 @@ class Supervisor:
         return max(demands, key=lambda demand: demand.action, default=None)
 
     def _bounds(self, setpoint: Setpoint, context: SafetyContext) -> tuple[Planar, list[VelocityBound]]:
-        """The planar wish, turned where it must give way, and the bounds of all spatial guards that it or a retreat can break."""
+        """The planar wish, turned where it must give way, and the bounds of all spatial guards that it can break.
+
+        A retreat may be faster than the wish: where one is asked for, all bounds count up to the top speed.
+        """
         wish = _planar(setpoint)
         bounds: list[VelocityBound] = []
         if self._separation is not None:
@@ -125,11 +128,11 @@ class Supervisor:
             wish = self._separation.give_way(wish, rules) if backing_off is None else backing_off
             speed_max = self._speed.speed_max_m_s(context)
             bounds = [rule.bound for rule in rules if rule.bound.bound_m_s < speed_max]
-        speed = math.hypot(*wish)
-        for guard in self._spatial:
-            retreat = max((-bound.bound_m_s for bound in bounds), default=0.0)
-            bounds += guard.bounds(wish, max(speed, retreat), context)
-        return wish, bounds
+        asked = [bound for guard in self._spatial for bound in guard.bounds(wish, math.hypot(*wish), context)]
+        if any(bound.bound_m_s < 0.0 for bound in (*bounds, *asked)):
+            speed_max = self._speed.speed_max_m_s(context)
+            asked = [bound for guard in self._spatial for bound in guard.bounds(wish, speed_max, context)]
+        return wish, [*bounds, *asked]
 
 
 def make_supervisor(mission: Mission, profile: Profile, vehicle_name: str) -> Supervisor:

@@ -101,6 +101,22 @@ def test_silence_before_the_first_setpoint_is_harmless() -> None:
     assert status == 1
 
 
+@pytest.mark.parametrize(("told", "landed"), [("l", True), ("c", True), ("i", False), ("a", False)])
+def test_only_a_vehicle_left_in_its_climb_is_landed_and_silence_does_not_kill_who_left_it(
+    tmp_path: Path, told: str, landed: bool
+) -> None:
+    child = (
+        "import os, sys, time; told = sys.argv[1]; os.write(int(sys.argv[-1]), told.encode()); time.sleep(0.4 * (told in 'li'))"
+    )
+    last_resort = tmp_path / "landed"
+    guard = "import sys; from flightapp.runtime.deadman import run_guarded; "
+    guard += "sys.exit(run_guarded(sys.argv[3:], 0.1, [sys.executable, '-c', sys.argv[1], sys.argv[2]]))"
+    touch = "import pathlib, sys; pathlib.Path(sys.argv[1]).touch()"
+    command = [sys.executable, "-c", guard, touch, str(last_resort), sys.executable, "-c", child, told]
+    assert subprocess.run(command, timeout=30, check=False).returncode == 0
+    assert last_resort.exists() == landed
+
+
 def test_silence_after_it_is_not() -> None:
     status, duration_s, words = run_under_the_deadman("os.write(fd, b'a'); time.sleep(20)", 0.1)
     assert status == 3

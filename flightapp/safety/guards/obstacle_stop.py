@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from flightapp.core.clearance import disc_clearances_m
 from flightapp.core.types import Array, Setpoint
@@ -14,6 +13,7 @@ from flightapp.safety.braking import horizontal_braking
 from flightapp.safety.guards.spatial import check_alone
 from flightapp.safety.parameters import SafetyParameters
 from flightapp.safety.velocity_bounds import Planar, VelocityBound
+from perception.kernel_cache import njit
 
 TANGENT_SHARES = (0.0, -0.33, 0.33, -0.66, 0.66, -1.0, 1.0)
 ACTUAL_WEIGHT = 20.0
@@ -27,14 +27,17 @@ MOVING_M_S = 0.2
 
 class ObstacleStopGuard:
     """Specification: for each known disc there is a straight line between the vehicle and the disc (grown by the body radius
-    and `obstacle_clearance_min_m`) such that the speed towards that line can be braked before it. Zero always passes.
+    and `obstacle_clearance_min_m`) such that the speed towards that line can be braked before it. A vehicle that is already
+    faster than that by some speed is asked for as much less, down to a retreat at the speed at which it closes in: a velocity
+    loop answers to its error, so that a setpoint at the bound, or at zero, would brake it ever more gently towards the
+    obstacle. It ends as the vehicle slows down; standing always passes, and zero does wherever it stops the vehicle in time.
 
     Among lines that touch the grown disc the one is taken that the wanted and the actual velocity break least, the actual one
     counting more: it is what must be braked. So a vehicle that passes beside a disc is left alone, however close and fast, and
     one that flies at it is braked, sliding past where it is free: the guard acts later than any planner that keeps a margin.
     A disc that moves by itself is grown by `moving_obstacle_margin_m` more: whoever walks may turn. Discs that come closer are
-    met with their closing speed taken off, down to a standstill; discs that move away are given credit only where a teammate or
-    the evader is known to be.
+    met with their closing speed taken off, down to a standstill, and never fled from; discs that move away are given credit only
+    where a teammate or the evader is known to be.
     """
 
     name = "obstacle-stop"
@@ -73,10 +76,15 @@ class ObstacleStopGuard:
             ),
         )
         return [
-            VelocityBound(north, east, bound, self.name, "obstacle", clearance)
+            VelocityBound(north, east, bound, self.name, "obstacle", clearance, _braking_text(bound, clearance))
             for north, east, bound, clearance in rows.tolist()
             if bound < speed_m_s
         ]
+
+
+def _braking_text(bound_m_s: float, clearance_m: float) -> str:
+    """What is said of a bound that is no retreat: it ends when the vehicle has slowed down."""
+    return f"obstacle {clearance_m:.1f} m away: too fast towards it, braking hard" if bound_m_s < 0.0 else ""
 
 
 def _known_vehicles(context: SafetyContext) -> Array:
@@ -136,10 +144,12 @@ def _tangent_bounds(discs: Array, clearances: Array, vehicles: Array, motion: Ar
             closing = to_n * motion[2] + to_e * motion[3] - credit
             after_lag = _brakeable(left - max(closing, 0.0) * (lag + own_age), deceleration, lag)
             bound = max(0.0, after_lag + credit)
+            own = to_n * motion[2] + to_e * motion[3]
             own_excess = max(closing - _brakeable(left, deceleration, lag), LAGGED_WEIGHT * (closing - after_lag))
             excess = max(to_n * motion[4] + to_e * motion[5] - bound, ACTUAL_WEIGHT * own_excess)
             if excess < least:
                 least = excess
-                rows[count, 0], rows[count, 1], rows[count, 2], rows[count, 3] = to_n, to_e, bound, clearances[index]
+                asked = bound - max(0.0, own - bound)
+                rows[count, 0], rows[count, 1], rows[count, 2], rows[count, 3] = to_n, to_e, asked, clearances[index]
         count += 1
     return rows[:count]

@@ -26,7 +26,7 @@ from flightapp.recording.sink import OpenFile, create_file
 from flightapp.runtime.composition import build_strategy, build_team_plan, build_tracker, limits_of, surveyed_obstacles
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.executive import Executive
-from flightapp.runtime.heartbeat import CLIMBING, IDLE, Heartbeat
+from flightapp.runtime.heartbeat import CLIMBING, IDLE, LEFT, Heartbeat
 from flightapp.runtime.journal import Journal
 from flightapp.runtime.leadership import memory_path
 from flightapp.runtime.outcome import Outcome
@@ -143,23 +143,29 @@ async def _flight(one: VirtualVehicle) -> None:
         await asyncio.wait(one.tasks[1:], return_when=asyncio.FIRST_COMPLETED)
         if one.hung:
             await asyncio.wait(one.tasks[2:])
+        elif one.tasks[1].done() and not one.tasks[1].cancelled():  # The process ends by itself, as `opening.running_loop` does.
+            one.rooms.heartbeat.beat(one.loop.last_stage)
     finally:
         for task in one.tasks:
             task.cancel()
         await asyncio.gather(*one.tasks, return_exceptions=True)
         one.autopilot.close()
-    if one.rooms.heartbeat.last == CLIMBING:
+    if one.rooms.heartbeat.last in (CLIMBING, LEFT):
         await _last_resort(one)
 
 
 async def _last_resort(one: VirtualVehicle) -> None:
-    """What `vehicle.last_resort` does over the link that the dead process has left, once for every heartbeat."""
+    """What `vehicle.last_resort` does over the link that the process has left, once for every heartbeat that is heard."""
     packer = mavlink.MAVLink(None, srcSystem=one.rooms.vehicle.system_id, srcComponent=COMPANION)
     land = mavlink.MAVLink_command_long_message(one.rooms.vehicle.system_id, 1, mavlink.MAV_CMD_NAV_LAND, 0, *(0.0,) * 7)
     core = one.station.core
-    end_s = one.rooms.clock.now_s() + TIMEOUT_S
+    heard_s = one.rooms.clock.now_s()
+    end_s = heard_s + TIMEOUT_S
     while one.rooms.clock.now_s() < end_s:
         await asyncio.sleep(HEARTBEAT_S)
+        if one.autopilot.status().heartbeat_s <= heard_s:
+            continue
+        heard_s = one.autopilot.status().heartbeat_s
         if advice(mavlink.MAV_MODE_FLAG_SAFETY_ARMED if core.armed else 0, core.mode.custom_mode) is not Advice.LAND:
             return
         one.station.receive(land.pack(packer))

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import zenoh
 
 from flightapp.core.types import Array
 from flightapp.fleet.messages.codec import Header, encode
@@ -15,6 +16,7 @@ from flightapp.fleet.messages.state import STATE, State
 from flightapp.sim.virtual.fleet import VirtualFleet
 
 STATE_PERIOD_S = 0.05
+PRIORITY = zenoh.Priority.DATA
 TREE_M = (4.0, 0.2, 0.5)
 """North, east, radius."""
 
@@ -50,8 +52,8 @@ class Played:
         self._state = replace(self._state, t_s=header.sent_s, position_ned_m=position_ned_m, velocity_ned_m_s=(north, east, down))
         intent = replace(self._intent, mission=next(iter(fleet.vehicles.values())).rooms.mission_digest)
         if not self.is_silent:
-            fleet.network.publish(self.name, key(fleet.mission.fleet, self.name, "intent"), encode(INTENT, intent, header))
-            fleet.network.publish(self.name, key(fleet.mission.fleet, self.name, "state"), encode(STATE, self._state, header))
+            for name, content in (("intent", encode(INTENT, intent, header)), ("state", encode(STATE, self._state, header))):
+                fleet.network.publish(self.name, key(fleet.mission.fleet, self.name, name), content, PRIORITY)
 
 
 def evader_path(t_s: float) -> tuple[float, float, float]:

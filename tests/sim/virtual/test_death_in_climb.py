@@ -1,4 +1,4 @@
-"""A vehicle process that dies before OFFBOARD: nothing of PX4's own ends a climb, so the deadman has the vehicle landed."""
+"""A vehicle process that ends before OFFBOARD: nothing of PX4's own ends a climb, so the deadman has the vehicle landed."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from tests.sim.virtual.in_flight import Flight
 ARMED = 0b1000_0000
 IN_THE_CLIMB_S = 3.5
 LANDED_S = 15.0
+LINK_LOST_S = 14.0
+"""Longer than the app waits for a lost link."""
 
 
 def kill(flight: Flight) -> None:
@@ -31,6 +33,15 @@ def kill_under_a_pilot(flight: Flight) -> None:
     kill(flight)
 
 
+def lose_the_link(flight: Flight) -> None:
+    assert flight.one.loop.phase == "takeoff"
+    flight.fault("link", "off", duration_s=LINK_LOST_S)
+
+
+def take_over(flight: Flight) -> None:
+    flight.one.station.core.pilot_takes(Mode.POSCTL)
+
+
 def is_down(flight: Flight) -> bool:
     return not flight.one.station.core.armed
 
@@ -44,6 +55,22 @@ def test_it_is_landed(death: Callable[[Flight], None], tmp_path: Path) -> None:
 
 def test_it_is_left_to_a_pilot_who_flies_it(tmp_path: Path) -> None:
     flight = Flight(kill_under_a_pilot, 4.0, at_s=IN_THE_CLIMB_S).fly(tmp_path / "run")
+    assert flight.one.station.core.mode is Mode.POSCTL
+    assert not is_down(flight)
+
+
+def test_where_the_link_is_lost_for_longer_than_the_app_waits_it_is_landed_when_the_link_is_back(tmp_path: Path) -> None:
+    flight = Flight(lose_the_link, LINK_LOST_S + LANDED_S, at_s=IN_THE_CLIMB_S, until=is_down).fly(tmp_path / "run")
+    ended = [event for event in flight.events("fault") if "link lost" in event["text"]]
+    assert ended
+    assert ended[0]["t_s"] < flight.broken_s + LINK_LOST_S
+    assert flight.mode_since_s(Mode.LAND, flight.broken_s) < flight.broken_s + LINK_LOST_S + 2.5
+    assert is_down(flight)
+
+
+def test_a_pilot_who_took_over_while_the_link_was_lost_keeps_it(tmp_path: Path) -> None:
+    flight = Flight(lose_the_link, LINK_LOST_S + 4.0, at_s=IN_THE_CLIMB_S, then=[(5.0, take_over)]).fly(tmp_path / "run")
+    assert flight.one.outcome is not None
     assert flight.one.station.core.mode is Mode.POSCTL
     assert not is_down(flight)
 
