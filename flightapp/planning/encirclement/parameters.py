@@ -28,6 +28,8 @@ class EncirclementParameters(StrategyParameters):
     """The evader's body: the capture radius must be larger than both bodies, or it is a collision."""
     polygons_m: tuple[Corners, ...] = ()
     """Convex obstacles of the map, corners as (north, east)."""
+    area_m: tuple[float, float, float, float] | None = None
+    """The area that a pursuer's centre does not leave: least north, least east, greatest north, greatest east."""
     vehicle: Vehicle = "multirotor"
     """`single-integrator`: flies any velocity at once, as the paper's proof wants it; `multirotor`: takes a velocity, needs room
     to brake; `unicycle`: only along its nose; `triple-integrator`: minimum-jerk primitives."""
@@ -119,6 +121,13 @@ class EncirclementParameters(StrategyParameters):
     def _are_polygons(cls, given: tuple[Corners, ...]) -> tuple[Corners, ...]:
         polygons(given)
         return given
+
+    @field_validator("area_m")
+    @classmethod
+    def _has_extent(cls, area: tuple[float, float, float, float] | None) -> tuple[float, float, float, float] | None:
+        if area is not None and (area[0] >= area[2] or area[1] >= area[3]):
+            raise ValueError("must be least north, least east, greatest north, greatest east")
+        return area
 
     @model_validator(mode="after")
     def _is_consistent(self) -> EncirclementParameters:

@@ -20,6 +20,7 @@ Mask = NDArray[np.bool_]
 
 DISC_SHARE, MATE_SHARE = 1.0, 0.5
 """Of the room before it that is one's own."""
+EDGES = 4
 FORGOTTEN_S = 10.0
 """A teammate's last place is kept clear of no longer than this."""
 
@@ -91,10 +92,11 @@ class Looking:
                 count += 1
         vehicles = [mate.place for mate in mates] + ([evader.place] if evader else [])
         count = self._add_discs(rows, count, observation, own, vehicles)
-        self._planes = _grown(self._planes, count + self.walls.count)
+        self._planes = _grown(self._planes, count + self.walls.count + EDGES)
         filled = add_rounds(*own, rows, count, self._planes, 0)
         if self.walls.count:
             filled = add_polygons(*own, self.walls.corners, self.walls.starts, self.kept_m, self._planes, filled)
+        filled = self._add_edges(own, filled)
         counted = [own, *(mate.place for mate in mates if mate.age_s < self._parameters.mate_silent_s)]
         return Situation(
             t_s=observation.t_s,
@@ -109,6 +111,16 @@ class Looking:
             plane_count=filled,
             mate_modes=tuple(mate.mode for mate in mates),
         )
+
+    def _add_edges(self, own: Point, filled: int) -> int:
+        """The edges of the area, as planes."""
+        area = self._parameters.area_m
+        if area is None:
+            return filled
+        n, e = own
+        edges = ((-1.0, 0.0, n - area[0]), (0.0, -1.0, e - area[1]), (1.0, 0.0, area[2] - n), (0.0, 1.0, area[3] - e))
+        self._planes[filled : filled + EDGES] = edges
+        return filled + EDGES
 
     def _rows(self, wanted: int) -> Array:
         self._rounds = _grown(self._rounds, wanted)

@@ -94,11 +94,17 @@ class Standstill:
     def _begin(self, moment: Moment, discs: Array) -> None:
         """A way to the middle of the widest gap around the evader."""
         self._until_s = moment.situation.t_s + self._parameters.guided_s
-        goal = widest_gap_place(moment)
+        goal = self._in_area(widest_gap_place(moment))
         own, cell_m = moment.situation.own, self._parameters.guidance_cell_m
         room = self._recollection
         corners = find_way(discs, len(discs), *own, *goal, self._kept_m, MARGIN_M, cell_m, room)
         self._way = [(float(n), float(e)) for n, e in room["found"][0][:corners]]
+
+    def _in_area(self, place: Point) -> Point:
+        area = self._parameters.area_m
+        if area is None:
+            return place
+        return min(max(place[0], area[0]), area[2]), min(max(place[1], area[1]), area[3])
 
     def _follow(self, moment: Moment) -> tuple[Point, str]:
         own = moment.situation.own
