@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 from shapely.geometry import LineString, Point, Polygon
 
+from flightapp.config.known_obstacles import KnownObstacle, KnownSphere
 from flightapp.config.loading import Strict, load
 from flightapp.config.tracking import Controller
 from flightapp.config.wind import HarmonicWind
@@ -255,6 +256,10 @@ class Mission(Strict):
     """Who makes pursuers follow the decided velocity, where that is not as the profile says."""
     vehicles: tuple[Vehicle, ...] = Field(min_length=1)
     obstacles: Obstacles = Obstacles()
+    known_obstacles: tuple[KnownObstacle, ...] = ()
+    """What `way_home = "planned"` leads around: every vehicle is told, and simulation does not build it."""
+    way_home: Literal["autopilot", "planned"] = "autopilot"
+    """How a vehicle returns: by the autopilot's own mode, or first along a way planned around the known obstacles."""
     simulation: Simulation = Simulation()
 
     @model_validator(mode="after")
@@ -264,6 +269,7 @@ class Mission(Strict):
         _check_starts(self)
         _check_heights(self)
         _check_return_heights(self)
+        _check_known_obstacles(self)
         _check_dwell(self)
         return self
 
@@ -394,6 +400,19 @@ def _check_return_heights(mission: Mission) -> None:
             raise ValueError(
                 f"return_height_m = {mission.return_height_m}: vehicles[{index}] returns at {height:g} m; "
                 f"it must stay below flight_volume.height_max_m = {ceiling:g}"
+            )
+
+
+def _check_known_obstacles(mission: Mission) -> None:
+    if mission.way_home == "planned":
+        return
+    for index, known in enumerate(mission.known_obstacles):
+        top = known.height_m + known.radius_m if isinstance(known, KnownSphere) else known.top_m
+        if top is None or top >= mission.return_height_m:
+            reach = "without end" if top is None else f"to {top:g} m"
+            raise ValueError(
+                f"known_obstacles[{index}] reaches up {reach}, and the autopilot returns straight at return_height_m = "
+                f'{mission.return_height_m:g}; set way_home = "planned", or return above it'
             )
 
 

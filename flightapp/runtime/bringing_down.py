@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING
 
 from flightapp.core.errors import FlightError
 from flightapp.runtime.authority import Authority
@@ -14,7 +15,11 @@ from flightapp.runtime.outcome import Outcome
 from flightapp.runtime.pace import Pace
 from flightapp.runtime.rooms import Rooms
 
+if TYPE_CHECKING:
+    from flightapp.runtime.way_home import WayHome  # compiled: loaded only where it is flown
+
 RETURN_TIMEOUT_S = 240.0
+WAYS_TRIED = 3
 BRAKE_TIMEOUT_S = 4.0
 RETRY_PERIOD_S = 2.5
 GIVE_UP_LANDING_S = 20.0
@@ -32,6 +37,7 @@ class BringingDown:
         self._failsafes = failsafes
         self._pace = pace
         self._stop_watching = False
+        self._way_home = _way_home(rooms)
 
     def stop_watching(self) -> None:
         """End the record of a vehicle that somebody else flies."""
@@ -71,7 +77,7 @@ class BringingDown:
                 return
         if loop.guidance is not Guidance.NONE and loop.failure is None:
             await self._brake()
-        if action is Next.RETURN:
+        if action is Next.RETURN and not await self._landing_follows():
             await self._insist(rooms.autopilot.return_to_launch, "RETURN_TO_LAUNCH", "LAND")
         elif rooms.autopilot.status().landed_state == "ON_GROUND" and await self._disarmed_on_the_ground():
             return
@@ -83,6 +89,36 @@ class BringingDown:
             RETURN_TIMEOUT_S,
             f"not on the ground {RETURN_TIMEOUT_S:g} s after '{action.value}'",
         )
+
+    async def _landing_follows(self) -> bool:
+        """Fly the planned way home, if the mission has one: True where the vehicle must land then, and not return any more.
+
+        That is above its start, or where neither a way nor the autopilot's own return keeps clear of what is known.
+        """
+        loop, way_home, autopilot = self._loop, self._way_home, self._rooms.autopilot
+        if way_home is None or loop.guidance is Guidance.NONE or loop.failure is not None:
+            return False
+        for attempt in range(WAYS_TRIED):
+            motion = autopilot.motion()
+            if motion is None or is_own_state_stale(self._rooms, self._rooms.clock.now_s()):
+                return False
+            way = way_home.plan(motion.state, loop.obstacles, attempt)
+            self._rooms.journal.event("warning" if way.trajectory is None else "info", "way_home", way.text)
+            if way.trajectory is None:
+                free = way_home.is_return_free(motion.state, loop.obstacles)
+                self._rooms.journal.event("warning", "way_home", f"{'return' if free else 'landing'} instead")
+                return not free
+            follower = way_home.follower(way.trajectory)
+            loop.follow(follower)
+            while not (follower.arrived or follower.is_stalled):
+                await self._pace.tick()
+                if loop.guidance is not Guidance.WAY:
+                    return False
+            if follower.arrived:
+                return True
+            self._rooms.journal.event("warning", "way_home", "held up on the way home")
+            await self._brake()
+        return True
 
     async def _disarmed_on_the_ground(self) -> bool:
         """Disarm a vehicle that stands; the autopilot refuses it to one that flies, whatever was reported."""
@@ -149,3 +185,12 @@ class BringingDown:
                 if rooms.autopilot.status().flight_mode in modes or not rooms.autopilot.status().armed:
                     return
                 await self._pace.tick()
+
+
+def _way_home(rooms: Rooms) -> WayHome | None:
+    """What plans the way home, where the mission wants that."""
+    if rooms.mission.way_home != "planned":
+        return None
+    from flightapp.runtime.way_home import WayHome
+
+    return WayHome(rooms)

@@ -12,6 +12,7 @@ import math
 from collections import deque
 from collections.abc import Callable
 from enum import Enum
+from typing import Protocol
 
 import numpy as np
 import psutil
@@ -50,6 +51,17 @@ class Guidance(Enum):
     """Brake, then stay."""
     PLANNER = "planner"
     """The mission's strategy decides."""
+    WAY = "way"
+    """A planned way is followed."""
+
+
+class Follower(Protocol):
+    """What flies a planned way."""
+
+    arrived: bool
+    is_stalled: bool
+
+    def setpoint(self, own: VehicleState, now_s: float, yaw_rad: float) -> Setpoint: ...
 
 
 class ControlLoop:
@@ -94,6 +106,7 @@ class ControlLoop:
         self._loop = asyncio.get_running_loop()
         self._yaw_rad = 0.0
         self._previous: Setpoint | None = None
+        self._way: Follower | None = None
         self._last_tick_s: float | None = None
         self._last_frame: int | None = None
         self._camera_silent = False
@@ -126,6 +139,16 @@ class ControlLoop:
         self._yaw_rad = self._yaw_rad if motion is None else motion.state.yaw_rad
         self._hover.restart()
         self.guidance = Guidance.HOVER
+
+    def follow(self, way: Follower) -> None:
+        """From now on fly a planned way."""
+        self._way = way
+        self.guidance = Guidance.WAY
+
+    @property
+    def obstacles(self) -> ObstacleSet:
+        """What is seen, or known to a vehicle without a camera."""
+        return self._obstacles
 
     async def run(self) -> None:
         """Tick until cancelled."""
@@ -276,15 +299,22 @@ class ControlLoop:
 
     def _wish(self, observation: Observation) -> Setpoint:
         """What planner or hover want. A held planner is asked all the same: else nobody would see that it has recovered."""
+        if self.guidance is Guidance.WAY and self._way is not None:
+            self._hover.restart()
+            return self._turned(self._way.setpoint(observation.own, observation.t_s, self._yaw_rad))
         planned = self._planned(observation) if self.guidance is Guidance.PLANNER else None
         if planned is None or self.held:
             return self._hover.setpoint(observation.own, self._yaw_rad)
         self._hover.restart()
         if self._rooms.tracker is not None:
             planned = self._rooms.tracker.wish(planned)
-        if math.isfinite(planned.yaw_rad):
-            self._yaw_rad = planned.yaw_rad
-        return planned
+        return self._turned(planned)
+
+    def _turned(self, wish: Setpoint) -> Setpoint:
+        """The wish; its yaw is what a hover keeps."""
+        if math.isfinite(wish.yaw_rad):
+            self._yaw_rad = wish.yaw_rad
+        return wish
 
     def _planned(self, observation: Observation) -> Setpoint | None:
         """The planner's wish with the height loop; None where it failed."""

@@ -1,0 +1,53 @@
+"""Obstacles and volumes not to be flown through that are known before the flight, in three dimensions."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from flightapp.config.loading import Strict
+
+Place = Annotated[float, Field(ge=-20_000, le=20_000)]
+Size = Annotated[float, Field(gt=0, le=10_000)]
+
+
+class _Upright(Strict):
+    """Between two heights above the datum; without a height it has no end there."""
+
+    north_m: Place
+    east_m: Place
+    bottom_m: float | None = None
+    top_m: float | None = None
+
+    @model_validator(mode="after")
+    def _is_upright(self) -> _Upright:
+        if self.bottom_m is not None and self.top_m is not None and self.top_m <= self.bottom_m:
+            raise ValueError(f"top_m = {self.top_m}: must be greater than bottom_m = {self.bottom_m}")
+        return self
+
+
+class KnownCylinder(_Upright):
+    shape: Literal["cylinder"]
+    radius_m: Size
+
+
+class KnownBox(_Upright):
+    """`length_m` along `heading_deg`, `width_m` across."""
+
+    shape: Literal["box"]
+    length_m: Size
+    width_m: Size
+    heading_deg: float = 0.0
+
+
+class KnownSphere(Strict):
+    shape: Literal["sphere"]
+    north_m: Place
+    east_m: Place
+    height_m: float
+    """Of its centre above the datum."""
+    radius_m: Size
+
+
+KnownObstacle = Annotated[KnownCylinder | KnownBox | KnownSphere, Field(discriminator="shape")]

@@ -1,0 +1,79 @@
+"""The way home around what is known, flown by the whole application on the virtual clock."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flightapp.config.mission import load_mission
+from flightapp.core.errors import InputError
+from flightapp.recording.reader import read_recording
+from flightapp.runtime.outcome import Outcome
+from flightapp.runtime.way_home import shape_of
+from flightapp.sim.virtual.fleet import VirtualFleet
+from flightapp.sim.virtual.mission import fly_virtual
+from flightapp.space.world import World
+
+ROOT = Path(__file__).parents[3]
+SIM = ROOT / "profiles/sim.toml"
+MISSION = Path(__file__).with_name("behind_a_block.toml")
+BODY_AND_MARGIN_M = 0.8
+
+
+class Homeward:
+    """Where the vehicle was while it returned."""
+
+    def __init__(self) -> None:
+        self.places: list[np.ndarray] = []
+
+    def __call__(self, fleet: VirtualFleet) -> None:
+        one = fleet.vehicles["e1"]
+        if one.loop.phase == "return" and one.is_flying:
+            self.places.append(one.position_ned_m)
+
+
+def flown(path: Path, run: Path) -> tuple[VirtualFleet, np.ndarray, list[str]]:
+    run.mkdir()
+    seen = Homeward()
+    fleet = fly_virtual(path, SIM, run, seed=1, watch=seen)
+    events = read_recording(run / "e1.mcap").topic("/event")
+    texts = [text for name, text in zip(events.texts("name"), events.texts("text"), strict=True) if name == "way_home"]
+    return fleet, np.array(seen.places), texts
+
+
+def test_it_flies_home_around_a_block_and_lands_at_its_start(tmp_path: Path) -> None:
+    fleet, places, texts = flown(MISSION, tmp_path / "run")
+    one = fleet.vehicles["e1"]
+    assert one.outcome is Outcome.TIMEOUT, one.error
+    assert not one.station.core.armed
+    assert math.dist(one.position_ned_m[:2], (-15.0, 10.0)) < 2.0
+    world = World.of(shape_of(known) for known in load_mission(MISSION).known_obstacles)
+    assert not world.is_way_free(places[0], places[-1], 0.0), "the straight way is not blocked: this tests nothing"
+    assert min(world.signed_distance_m(place) for place in places) > BODY_AND_MARGIN_M
+    assert len(texts) == 1
+    assert "way home of" in texts[0]
+    modes = read_recording(tmp_path / "run" / "e1.mcap").topic("/status").texts("flight_mode")
+    assert "RETURN_TO_LAUNCH" not in modes
+
+
+def test_where_everything_is_blocked_it_lands_where_it_is(tmp_path: Path) -> None:
+    closed = tmp_path / "closed.toml"
+    closed.write_text(MISSION.read_text().replace("width_m = 26.0", "width_m = 49.0").replace("limit_s = 17.0", "limit_s = 5.0"))
+    fleet, places, texts = flown(closed, tmp_path / "run")
+    one = fleet.vehicles["e1"]
+    assert not one.station.core.armed
+    assert texts[-1] == "landing instead"
+    assert math.dist(one.position_ned_m[:2], places[0][:2]) < 3.0
+
+
+def test_the_autopilots_return_through_a_known_obstacle_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "mission.toml"
+    path.write_text(MISSION.read_text().replace('way_home = "planned"', ""))
+    with pytest.raises(InputError, match=r"known_obstacles\[0\] reaches up without end.*set way_home = \"planned\""):
+        load_mission(path)
+    path.write_text(MISSION.read_text().replace('shape = "box"', 'shape = "cone"'))
+    with pytest.raises(InputError, match=r"known_obstacles"):
+        load_mission(path)
