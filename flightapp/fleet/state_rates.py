@@ -1,14 +1,15 @@
 """To whom a vehicle's state goes, and how often: at the full rate to those for whom it matters, slower to the others.
 
 Each vehicle sends its state to each other one by itself (a mesh of unicast links: packets are the cost, not what is in them), so
-ten vehicles at 20 Hz put 1800 packets a second on the air. The full rate goes to
+ten vehicles at 20 Hz put 1800 packets a second on the air. A mate is *near*
 
-- every mate with which this vehicle would have to brake now or soon: nearer than the separation to keep plus the way in which the
-  two can brake the speed at which they may be closing (`Need.is_near`);
-- every mate that was never heard or is not heard any more: it may be anywhere;
-- the nearest `fast_count` of the rest, as many as the fleet's budget allows; in a team of six that is everybody.
+- with whom this vehicle would have to brake now or soon: nearer than the separation to keep plus the way in which the two can
+  brake the speed at which they may be closing (`Need.is_near`);
+- who was never heard or is not heard any more: it may be anywhere.
 
-All others get every `SLOW_EVERY`-th state. Rates fall a while after the reason for them has gone, never before.
+The nearest `fast_count` mates, as many as the fleet's budget allows, get every state, and so do the nearest `NEAR_FAST_MIN` of
+those that are near; all other near ones every second, everybody else every fourth. In a team of up to seven everybody gets every
+state. A rate falls a while after the reason for it has gone, never before.
 """
 
 from __future__ import annotations
@@ -21,9 +22,12 @@ from flightapp.fleet.messages.units import Triple
 
 SLOW_EVERY = 4
 """5 Hz of 20 Hz."""
+NEAR_EVERY = 2
+NEAR_FAST_MIN = 2
+"""Two gaps to keep at a time: beside, or before and behind."""
 STATE_PACKET_BYTES = 95
 """A state and the headers below it, IP's included, as `tools/fleet_traffic.py` counts them."""
-OTHER_BYTES_S = 400
+OTHER_BYTES_S = 640
 """All else that one vehicle tells one other a second: intent, sightings, discs, election, time."""
 LEAVING_M = 1.0
 """How much farther away a mate must be than where its full rate began, before that ends."""
@@ -96,31 +100,41 @@ def fast_count(vehicles: int, state_rate_hz: float, fleet_kbit_s: float) -> int:
     return max(0, min(others, math.floor(left_kbit_s / ((state_rate_hz - slow_hz) * kbit_s))))
 
 
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """Who is told at which rate now; whoever is in neither set at the slow one."""
+
+    full: frozenset[str]
+    half: frozenset[str]
+
+
 class StateRates:
     """Asked once a state period; holds who is on the full rate and since when there is no more reason for it."""
 
     def __init__(self, state_rate_hz: float, count: int, need: Need) -> None:
-        """count: how many of those are told at the full rate that do not need it."""
+        """count: how many are told at the full rate whether they are near or not."""
         self.period_s = 1.0 / state_rate_hz
         self.slow_period_s = SLOW_EVERY / state_rate_hz
         self._count, self._need = count, need
         self._near_until_s: dict[str, float] = {}
-        self._nearest: set[str] = set()
+        self._full: set[str] = set()
 
-    def fast(self, now_s: float, own: Mate, mates: Mapping[str, Mate | None]) -> frozenset[str]:
-        """Who is to get every state from `now_s` on. mates: all others, None where one was never heard."""
+    def at(self, now_s: float, own: Mate, mates: Mapping[str, Mate | None]) -> Rates:
+        """From `now_s` on. mates: all others, None where one was never heard."""
         for name, mate in mates.items():
             if mate is None or mate.age_s > self._need.silent_s or self._is_near(now_s, name, own, mate):
                 self._near_until_s[name] = now_s + LEAVING_S
         near = {name for name in mates if self._near_until_s.get(name, -math.inf) > now_s}
-        rest = [(self._rank_m(name, own, mate), name) for name, mate in mates.items() if mate is not None and name not in near]
-        self._nearest = {name for _, name in sorted(rest)[: max(0, self._count - len(near))]}
-        return frozenset(near | self._nearest)
+        ranked = sorted(mates, key=lambda name: (name not in near, self._rank_m(name, own, mates[name]), name))
+        self._full = set(ranked[: max(self._count, min(NEAR_FAST_MIN, len(near)))])
+        return Rates(frozenset(self._full), frozenset(near - self._full))
 
     def _is_near(self, now_s: float, name: str, own: Mate, mate: Mate) -> bool:
         margin_m = LEAVING_M if self._near_until_s.get(name, -math.inf) > now_s else 0.0
         return self._need.is_near(own, mate, self.slow_period_s, margin_m)
 
-    def _rank_m(self, name: str, own: Mate, mate: Mate) -> float:
+    def _rank_m(self, name: str, own: Mate, mate: Mate | None) -> float:
+        if mate is None:
+            return math.inf
         distance_m = math.dist(own.position_ned_m[:2], mate.position_ned_m[:2])
-        return distance_m * (PLACE_KEPT if name in self._nearest else 1.0)
+        return distance_m * (PLACE_KEPT if name in self._full else 1.0)

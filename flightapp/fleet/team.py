@@ -17,6 +17,8 @@ from flightapp.fleet.peers import Peers
 from flightapp.fleet.post import HELD_MAX_S, Post
 
 INTENT_PERIOD_S = 0.5
+INTENT_PERIOD_LARGE_S = 1.0
+"""The same in a team so large that it has to save packets."""
 INTENT_GAP_MIN_S = 0.1
 """Between two intents, however often they change."""
 GOAL_MOVED_M = 2.0
@@ -57,7 +59,8 @@ class Team:
     def publish(self, state: State, intent: Intent, now_s: float, to: Collection[str] | None = None) -> None:
         """Send `state` to everybody, or to some alone, and `intent` to everybody where it is another one or is due."""
         since_s = now_s - self._intent_sent_s
-        if since_s >= INTENT_PERIOD_S or (since_s >= INTENT_GAP_MIN_S and _is_news(self._intent, intent)):
+        period_s = INTENT_PERIOD_LARGE_S if self.post.holds else INTENT_PERIOD_S
+        if since_s >= period_s or (since_s >= INTENT_GAP_MIN_S and _is_news(self._intent, intent)):
             self._intent, self._intent_sent_s = intent, now_s
             self._intents.put(intent, now_s)
         if to is None:

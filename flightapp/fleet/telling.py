@@ -11,10 +11,10 @@ from flightapp.fleet.messages.intent import Intent
 from flightapp.fleet.messages.state import State
 from flightapp.fleet.post import Post
 from flightapp.fleet.shared_state import SharedState
-from flightapp.fleet.state_rates import Mate, StateRates
+from flightapp.fleet.state_rates import NEAR_EVERY, Mate, StateRates
 from flightapp.fleet.team import Team
 
-ALL_PERIOD_S = 0.5
+ALL_PERIOD_S = 0.8
 """Between a follower's beacons to everybody: for who looks on, and who has missed a term."""
 
 
@@ -23,21 +23,25 @@ class StateTelling:
 
     def __init__(self, team: Team, rates: StateRates) -> None:
         self._team, self._rates = team, rates
-        self._told_all_s = -math.inf
+        self._told_all_s = self._told_near_s = -math.inf
 
     def tell(self, state: State, intent: Intent, now_s: float) -> None:
         """To be called once a state period."""
         rates, others = self._rates, self._team.peers
         own = Mate(state.position_ned_m, state.velocity_ned_m_s, max(0.0, now_s - state.t_s))
-        fast = rates.fast(now_s, own, {name: _mate(peer.state, now_s) for name, peer in others.items()})
-        to_all = len(fast) == len(others)
+        now = rates.at(now_s, own, {name: _mate(peer.state, now_s) for name, peer in others.items()})
+        to_all = len(now.full) == len(others)
         self._team.post.holds = not to_all
         if to_all or now_s - self._told_all_s >= rates.slow_period_s - 0.5 * rates.period_s:
             self._told_all_s = now_s
             due_s = rates.period_s if to_all else rates.slow_period_s
             self._team.publish(replace(state, due_s=due_s), intent, now_s)
+            self._told_near_s = now_s
+        elif now_s - self._told_near_s >= (NEAR_EVERY - 0.5) * rates.period_s:
+            self._told_near_s = now_s
+            self._team.publish(replace(state, due_s=NEAR_EVERY * rates.period_s), intent, now_s, now.full | now.half)
         else:
-            self._team.publish(replace(state, due_s=rates.period_s), intent, now_s, fast)
+            self._team.publish(replace(state, due_s=rates.period_s), intent, now_s, now.full)
 
 
 class BeaconTelling:

@@ -10,16 +10,14 @@ from collections.abc import Collection
 
 import numpy as np
 
-from flightapp.config.profile import Profile
-from flightapp.core.types import Array, Decision, Limits, TargetTrack, TeamMember, VehicleState
+from flightapp.core.types import Array, Decision, TargetTrack, TeamMember, VehicleState
 from flightapp.fleet.messages.intent import Intent
 from flightapp.fleet.messages.state import State
 from flightapp.fleet.roster import Roster, lost_age_s
 from flightapp.fleet.shared_state import SharedState
-from flightapp.fleet.state_rates import Need, StateRates, fast_count
 from flightapp.fleet.telling import StateTelling
 from flightapp.runtime.rooms import Rooms
-from flightapp.safety.braking import horizontal_braking
+from flightapp.runtime.team_rates import state_rates
 
 ACTIVE_PHASES = ("ready", "pursue")
 FORGOTTEN_S = 10.0
@@ -165,20 +163,6 @@ class Teamwork:
             guards=guards,
         )
         return motion, intent
-
-
-def state_rates(vehicles: int, profile: Profile, limits: Limits) -> StateRates:
-    """Of each of so many vehicles: separation and braking are those of the guard, the budget is the profile's."""
-    network, safety = profile.network, profile.safety
-    need = Need(
-        keep_m=safety.separation_min_m + safety.separation_buffer_m + safety.separation_passing_m,
-        acceleration_max_m_s2=limits.acceleration_max_m_s2,
-        widening_max_m=safety.team_widening_max_m,
-        stop_m=horizontal_braking(limits, safety).stop_m,
-        silent_s=safety.team_state_age_max_s,
-    )
-    count = fast_count(vehicles, network.state_rate_hz, network.fleet_kbit_s_max)
-    return StateRates(network.state_rate_hz, count, need)
 
 
 def _planar_distance(state: VehicleState, target: TargetTrack) -> float:

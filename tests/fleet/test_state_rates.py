@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flightapp.fleet.state_rates import LEAVING_S, SLOW_EVERY, Mate, Need, StateRates, fast_count
+from flightapp.fleet.state_rates import LEAVING_S, NEAR_FAST_MIN, SLOW_EVERY, Mate, Need, Rates, StateRates, fast_count
 from flightapp.safety.braking import Braking
 
 RATE_HZ = 20.0
@@ -19,7 +19,7 @@ KEEP_M = 2.2
 NEED = Need(KEEP_M, ACCELERATION_M_S2, 5.0, BRAKING.stop_m, silent_s=1.0)
 SPEED_MAX_M_S = 6.0
 
-Planar = tuple[float, float]
+NOBODY: frozenset[str] = frozenset()
 
 
 def mate(north_m: float, east_m: float = 0.0, v_north_m_s: float = 0.0, v_east_m_s: float = 0.0, age_s: float = 0.0) -> Mate:
@@ -78,10 +78,11 @@ def test_no_mate_for_which_one_must_brake_is_ever_on_the_slow_rate(
         if step % SLOW_EVERY == 0:
             heard = history[max(0, len(history) - 1 - late_periods)]
         mates = {str(k): mate(*at, *v, (step - said) * PERIOD_S) for k, (said, at, v) in heard.items()}
-        fast = rates.fast(now_s, mate(*own.at, *own.velocity), mates)
-        for number, other in enumerate(others):
-            assert str(number) in fast or not must_brake(own, other)
-        assert len(fast) >= count
+        told = rates.at(now_s, mate(*own.at, *own.velocity), mates)
+        braking_for = {str(number) for number, other in enumerate(others) if must_brake(own, other)}
+        assert braking_for <= told.full | told.half
+        assert len(told.full) >= max(count, min(NEAR_FAST_MIN, len(braking_for)))
+        assert not told.full & told.half
         own.step(own.towards(others[0]) + turns[9])
         for other, turn in zip(others, turns, strict=False):
             other.step(other.towards(own) + turn)
@@ -90,33 +91,39 @@ def test_no_mate_for_which_one_must_brake_is_ever_on_the_slow_rate(
 def test_far_mates_are_slow_and_a_team_that_flies_side_by_side_is_not_all_near() -> None:
     rates = StateRates(RATE_HZ, 0, NEED)
     row = {str(k): mate(0.0, 6.0 * k, 4.0, 0.0, 0.2) for k in range(1, 10)}
-    assert rates.fast(0.0, mate(0.0, 0.0, 4.0), row) == frozenset(), "all fly alongside, 6 m apart"
+    assert rates.at(0.0, mate(0.0, 0.0, 4.0), row) == Rates(NOBODY, NOBODY), "all fly alongside, 6 m apart"
     closing = {"1": mate(16.0, 0.0, -4.0, 0.0, 0.2), "2": mate(30.0, 0.0, -4.0, 0.0, 0.2)}
-    assert rates.fast(1.0, mate(0.0, 0.0, 4.0), closing) == {"1"}, "head-on at 8 m/s 16 m are near"
+    assert rates.at(1.0, mate(0.0, 0.0, 4.0), closing).full == {"1"}, "head-on at 8 m/s 16 m are near"
+
+
+def test_in_a_crowd_the_two_nearest_get_every_state_and_the_others_every_second() -> None:
+    crowd = {str(k): mate(0.0, 1.0 + 0.1 * k) for k in range(9)}
+    told = StateRates(RATE_HZ, 0, NEED).at(0.0, mate(0.0), crowd)
+    assert told == Rates(frozenset(("0", "1")), frozenset("2345678"))
 
 
 def test_who_was_never_heard_or_is_silent_may_be_anywhere() -> None:
     rates = StateRates(RATE_HZ, 0, NEED)
-    assert rates.fast(0.0, mate(0.0), {"new": None, "silent": mate(90.0, age_s=1.5), "far": mate(90.0)}) == {"new", "silent"}
+    assert rates.at(0.0, mate(0.0), {"new": None, "silent": mate(90.0, age_s=1.5), "far": mate(90.0)}).full == {"new", "silent"}
 
 
 def test_the_full_rate_ends_late_and_the_nearest_do_not_flicker() -> None:
     rates = StateRates(RATE_HZ, 1, NEED)
-    distances_m = [2.0, 30.0, 30.0]
+    distances_m = [2.0, 40.0, 40.0]
     times_s = [0.0, 0.5 * LEAVING_S, 1.5 * LEAVING_S]
-    got = [rates.fast(t, mate(0.0), {"a": mate(d), "b": mate(28.0)}) for t, d in zip(times_s, distances_m, strict=True)]
+    got = [rates.at(t, mate(0.0), {"a": mate(d), "b": mate(28.0)}).full for t, d in zip(times_s, distances_m, strict=True)]
     assert got == [{"a"}, {"a"}, {"b"}]
     for nearer_m, kept in ((25.0, {"b"}), (20.0, {"a"})):
-        assert rates.fast(9.0, mate(0.0), {"a": mate(nearer_m), "b": mate(28.0)}) == kept
+        assert rates.at(9.0, mate(0.0), {"a": mate(nearer_m), "b": mate(28.0)}).full == kept
 
 
-@pytest.mark.parametrize("vehicles", range(2, 7))
-def test_up_to_six_everybody_gets_every_state(vehicles: int) -> None:
+@pytest.mark.parametrize("vehicles", range(2, 8))
+def test_up_to_seven_everybody_gets_every_state(vehicles: int) -> None:
     assert fast_count(vehicles, RATE_HZ, 1000.0) == vehicles - 1
 
 
 def test_a_large_team_or_a_thin_radio_has_less_at_the_full_rate() -> None:
-    counts = [fast_count(vehicles, RATE_HZ, 1000.0) for vehicles in range(6, 30)]
+    counts = [fast_count(vehicles, RATE_HZ, 1000.0) for vehicles in range(7, 30)]
     assert counts[-1] == 0
     assert sorted(counts[1:], reverse=True) == counts[1:]
     assert fast_count(4, RATE_HZ, 100.0) == 0
