@@ -40,10 +40,9 @@ def _ring_m(parameters: EncirclementParameters) -> float:
 def build(name: str, limits: Limits, given: Given, _seed: int) -> Planner:
     """The method `name`; InputError on parameters that cannot be."""
     parameters = parsed(EncirclementParameters, name, given)
-    contact_m = limits.body_radius_m + parameters.evader_radius_m
-    if parameters.capture.radius_m <= contact_m:
+    if parameters.capture.radius_m <= limits.body_radius_m:
         raise InputError(
-            f"strategy '{name}': capture.radius_m = {parameters.capture.radius_m}: must be greater than {contact_m:g}, "
-            "the bodies of pursuer and evader together"
+            f"strategy '{name}': capture.radius_m = {parameters.capture.radius_m}: must be greater than "
+            f"{limits.body_radius_m:g}, the pursuer's own body"
         )
     return EncirclementPlanner(limits=limits, parameters=parameters, method=partial(METHODS[name], parameters, limits))

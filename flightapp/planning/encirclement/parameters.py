@@ -25,7 +25,7 @@ class EncirclementParameters(StrategyParameters):
     evader_speed_assumed_m_s: float = Field(default=4.0, ge=0)
     """Top speed of the evader: how far it may be from where it was seen last."""
     evader_radius_m: float = Field(default=0.0, ge=0)
-    """The evader's body: the capture radius must be larger than both bodies, or it is a collision."""
+    """The evader's body: with a capture radius not larger than both bodies, capture is contact: a flag says so."""
     polygons_m: tuple[Corners, ...] = ()
     """Convex obstacles of the map, corners as (north, east)."""
     area_m: tuple[float, float, float, float] | None = None
@@ -39,8 +39,10 @@ class EncirclementParameters(StrategyParameters):
     """Smallest distance of two pursuers' centres; without it, two body radii and two safety margins."""
     braking_share: float = Field(default=0.8, gt=0, le=1)
     """Share of the acceleration limit that braking may assume."""
-    reaction_s: float = Field(default=0.3, ge=0)
+    reaction_s: float = Field(default=0.55, ge=0)
     """Time from a decision until the vehicle brakes: its lag plus the age of what it sees. Not of a single integrator."""
+    response_lag_s: float = Field(default=0.45, ge=0)
+    """Lag of the velocity loop: everything is judged where this lag puts it. Only of a multirotor."""
     leaving_gain_per_s: float = Field(default=2.0, gt=0)
     """Speed out of where the vehicle must not be, per metre of depth. A single integrator leaves at full speed."""
     leaving_speed_max_m_s: float = Field(default=1.0, gt=0)
@@ -65,8 +67,6 @@ class EncirclementParameters(StrategyParameters):
     # the step
     approach_gain_1_s: float | None = Field(default=None, gt=0)
     """Speed per metre to the goal; without it, the goal is reached in one period by a single integrator, in 0.8 s by others."""
-    evader_lead_s: float = Field(default=0.0, ge=0, le=3)
-    """The box is laid around where the evader will be after this time."""
     evader_feed_forward: float | None = Field(default=None, ge=0, le=1)
     """Share of the evader's velocity that is flown beside the approach: with it the box is kept up with, not trailed. Without it,
     0 for a single integrator, 1 for others."""
@@ -90,8 +90,6 @@ class EncirclementParameters(StrategyParameters):
     # getting out of a standstill (not in the paper)
     deadlock: bool = True
     """Where no progress is made far from the evader: a way around by a search on a grid, then to the right along what blocks."""
-    deadlock_goal_m: float = Field(default=0.1, gt=0)
-    """Nearer than this to the goal the vehicle stands still."""
     deadlock_window_s: float = Field(default=2.0, gt=0)
     deadlock_progress: float = Field(default=0.2, gt=0, le=1)
     """Less than this share of the top speed over the window is no progress."""

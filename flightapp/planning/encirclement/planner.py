@@ -95,7 +95,7 @@ class EncirclementPlanner:
             situation.t_s, situation.period_s, situation.team, evader.place, evader.age_s, hull_m, latched
         )
         _, crowded = self._box.half_min_m(len(situation.team), 0.0)
-        lead_s = self._parameters.evader_lead_s
+        lead_s = situation.lag_s
         ahead = (evader.place[0] + lead_s * evader.velocity[0], evader.place[1] + lead_s * evader.velocity[1])
         moment = self._cutting.moment(situation, ahead, evader.velocity, half_m, 1.0 / self._gain_1_s(situation))
         mode = self._next_mode(evader, captured)
@@ -167,7 +167,7 @@ class EncirclementPlanner:
             limits.speed_max_m_s,
             situation.period_s,
             deceleration,
-            parameters.reaction_s,
+            max(situation.period_s, parameters.reaction_s - situation.lag_s),
             parameters.leaving_gain_per_s,
             parameters.leaving_speed_max_m_s,
         )
@@ -192,6 +192,8 @@ class EncirclementPlanner:
             flags.append("cannot encircle")
         if self._parameters.evader_speed_assumed_m_s >= self._limits.speed_max_m_s:
             flags.append("no guarantee")
+        if self._parameters.capture.radius_m <= self._limits.body_radius_m + self._parameters.evader_radius_m:
+            flags.append("capture by contact")
         if crowded:
             flags.append("crowded")
         return flags

@@ -39,7 +39,7 @@ class Mate:
     """What one teammate said last, moved to the present."""
 
     place: Point
-    speed_m_s: float
+    velocity: Point
     age_s: float
     name: str
     mode: str
@@ -52,11 +52,13 @@ class Situation:
     t_s: float
     period_s: float
     own: Point
+    """Where the vehicle's lag puts it: from there everything is judged."""
     velocity: Point
     yaw_rad: float
     evader: Evader | None
     team: Array
-    """(k, 2): the own place first, then of every teammate that still counts."""
+    """(k, 2): where the vehicles are now, this one first, then every teammate that still counts."""
+    lag_s: float
     rounds: Array
     """(r, 5) as `half_planes.add_rounds`: teammates and discs."""
     planes: Array
@@ -73,6 +75,7 @@ class Looking:
         self.kept_m = limits.body_radius_m + limits.safety_margin_m
         self._separation_m = parameters.team_separation_m or 2.0 * self.kept_m
         self.walls = polygons(parameters.polygons_m)
+        self._lag_s = parameters.response_lag_s if parameters.vehicle == "multirotor" else 0.0
         self._braking_s = parameters.control_period_s
         if parameters.vehicle != "single-integrator":
             self._braking_s += parameters.reaction_s
@@ -81,7 +84,8 @@ class Looking:
 
     def look(self, observation: Observation) -> Situation:
         """`observation` at its own time."""
-        own = planar(observation.own.position_ned_m)
+        now, velocity = planar(observation.own.position_ned_m), planar(observation.own.velocity_ned_m_s)
+        own = (now[0] + self._lag_s * velocity[0], now[1] + self._lag_s * velocity[1])
         evader = self._evader(observation)
         mates = [mate for mate in (self._mate(member, observation.t_s) for member in observation.team) if mate is not None]
         rows = self._rows(len(mates) + len(observation.obstacles.discs))
@@ -97,15 +101,16 @@ class Looking:
         if self.walls.count:
             filled = add_polygons(*own, self.walls.corners, self.walls.starts, self.kept_m, self._planes, filled)
         filled = self._add_edges(own, filled)
-        counted = [own, *(mate.place for mate in mates if mate.age_s < self._parameters.mate_silent_s)]
+        counted = [now, *(mate.place for mate in mates if mate.age_s < self._parameters.mate_silent_s)]
         return Situation(
             t_s=observation.t_s,
             period_s=observation.dt_s if observation.dt_s > 0.0 else self._parameters.control_period_s,
             own=own,
-            velocity=planar(observation.own.velocity_ned_m_s),
+            velocity=velocity,
             yaw_rad=observation.own.yaw_rad,
             evader=evader,
             team=np.array(counted),
+            lag_s=self._lag_s,
             rounds=rows[:count],
             planes=self._planes,
             plane_count=filled,
@@ -142,14 +147,15 @@ class Looking:
         vn, ve, _ = member.state.velocity_ned_m_s.tolist()
         if not math.isfinite(n + e + vn + ve):
             return None
-        return Mate((n + ahead_s * vn, e + ahead_s * ve), math.hypot(vn, ve), max(0.0, member.age_s), member.name, member.mode)
+        return Mate((n + ahead_s * vn, e + ahead_s * ve), (vn, ve), max(0.0, member.age_s), member.name, member.mode)
 
     def _round(self, mate: Mate) -> tuple[float, float, float, float, float]:
         """A teammate shares the room between; one that has been silent too long is an obstacle as large as it may have come."""
         stale = mate.age_s > self._parameters.mate_stale_s
         uncertain_m = self._uncertain_m(mate) + 3.0 * self._parameters.position_sigma_m
         reach_m = self._separation_m + (1.0 if stale else 2.0) * uncertain_m
-        return *mate.place, reach_m, DISC_SHARE if stale else MATE_SHARE, zlib.crc32(mate.name.encode()) / 2.0**32 * TWO_PI
+        n, e = mate.place[0] + self._lag_s * mate.velocity[0], mate.place[1] + self._lag_s * mate.velocity[1]
+        return n, e, reach_m, DISC_SHARE if stale else MATE_SHARE, zlib.crc32(mate.name.encode()) / 2.0**32 * TWO_PI
 
     def _uncertain_m(self, mate: Mate) -> float:
         """How far the teammate can be from where it is believed to be: what it may have flown since, whatever it then did.
@@ -157,7 +163,7 @@ class Looking:
         A vehicle with inertia that is moved on by its velocity can only be off by what it has accelerated.
         """
         age_s = min(mate.age_s, self._parameters.mate_silent_s)
-        flown_m = (self._limits.speed_max_m_s + mate.speed_m_s) * age_s
+        flown_m = (self._limits.speed_max_m_s + math.hypot(*mate.velocity)) * age_s
         if self._parameters.vehicle == "single-integrator":
             return flown_m
         return min(flown_m, 0.5 * self._limits.acceleration_max_m_s2 * age_s * age_s)
@@ -178,6 +184,7 @@ class Looking:
         kept &= np.hypot(seen[:, 0] - own[0], seen[:, 1] - own[1]) - seen[:, 2] <= parameters.obstacle_range_m
         if vehicles and parameters.vehicle_radius_max_m > 0.0:
             kept &= ~self._are_vehicles(seen, np.array(vehicles))
+        seen[:, :2] += self._lag_s * seen[:, 3:]
         seen[:, 2] += swept_m
         found = seen[kept, :3]
         filled = rows[count : count + len(found)]

@@ -60,42 +60,42 @@ class Standstill:
             self.reset()
             return goal, ""
         t_s = situation.t_s
-        stuck = self._is_stuck(t_s, situation.own, goal)
-        if t_s < self._until_s and not stuck:
-            return self._follow(moment)
-        discs = self._discs(moment)
-        if self._way and not stuck and t_s < self._since_s + LONGEST * self._parameters.guided_s:
-            if self._is_blocked(moment, discs):
-                self._begin(moment, discs)
-                return self._follow(moment)
-        elif stuck:
+        if self._is_stuck(t_s, situation.own):
             was_guided = bool(self._way) and not self._slides
             self._since_s = t_s
-            self._begin(moment, discs)
+            self._search(moment)
             self._slides = was_guided or not self._way
             self._past.clear()
-            return self._follow(moment)
-        self._way, self._slides = [], False
-        return goal, ""
+        elif t_s >= self._until_s:
+            if self._goes_on(moment):
+                self._search(moment)
+            else:
+                self._way = []
+            self._slides = False
+        return self._follow(moment) if self._slides or self._way else (goal, "")
 
-    def _is_stuck(self, t_s: float, own: Point, goal: Point) -> bool:
+    def _goes_on(self, moment: Moment) -> bool:
+        """Whether the way is followed for longer: the evader is still out of sight."""
+        if not self._way or self._slides or moment.situation.t_s >= self._since_s + LONGEST * self._parameters.guided_s:
+            return False
+        discs, own = self._discs(moment), moment.situation.own
+        return bool(blocking_disc(discs, len(discs), *own, *own, *moment.evader, self._kept_m) >= 0)
+
+    def _is_stuck(self, t_s: float, own: Point) -> bool:
         """Too little progress over the window; a full one, so that nobody is stuck before it has had the time to move."""
         window_s = self._parameters.deadlock_window_s
         self._past.append((t_s, own))
         while len(self._past) > 1 and self._past[1][0] <= t_s - window_s + 1e-9:
             self._past.popleft()
         since_s, before = self._past[0]
-        if t_s - since_s < window_s - 1e-9:
-            return False
-        moved = math.dist(before, own)
         least = self._parameters.deadlock_progress * self._speed_max_m_s * window_s
-        return moved < least or (math.dist(own, goal) < self._parameters.deadlock_goal_m and moved < least)
+        return t_s - since_s >= window_s - 1e-9 and math.dist(before, own) < least
 
-    def _begin(self, moment: Moment, discs: Array) -> None:
-        """A way to the middle of the widest gap around the evader."""
+    def _search(self, moment: Moment) -> None:
+        """A way to the middle of the widest gap around the evader; none is left where there is none."""
         self._until_s = moment.situation.t_s + self._parameters.guided_s
         goal = self._in_area(widest_gap_place(moment))
-        own, cell_m = moment.situation.own, self._parameters.guidance_cell_m
+        discs, own, cell_m = self._discs(moment), moment.situation.own, self._parameters.guidance_cell_m
         room = self._recollection
         corners = find_way(discs, len(discs), *own, *goal, self._kept_m, MARGIN_M, cell_m, room)
         self._way = [(float(n), float(e)) for n, e in room["found"][0][:corners]]
@@ -130,10 +130,6 @@ class Standstill:
         standing = rounds[rounds[:, 3] == DISC_SHARE][:, :3].copy()
         standing[:, 2] -= self._kept_m
         return np.ascontiguousarray(np.concatenate((standing, self._walls)))
-
-    def _is_blocked(self, moment: Moment, discs: Array) -> bool:
-        own = moment.situation.own
-        return bool(blocking_disc(discs, len(discs), *own, *own, *moment.evader, self._kept_m) >= 0)
 
 
 def wall_discs(walls: Polygons) -> Array:

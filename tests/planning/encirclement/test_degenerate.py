@@ -105,6 +105,10 @@ def test_pursuers_in_a_row_encircle_nobody() -> None:
     assert decision.mode == "encircle" or decision.diagnostics["hull_distance_m"] >= 0.0
 
 
+def test_a_capture_that_is_a_collision_is_told() -> None:
+    assert "capture by contact" in flags(step(observation((0.0, 0.0), OTHERS, EVADER), evader_radius_m=0.9))
+
+
 def test_too_many_for_the_capture_radius_are_told() -> None:
     crowd = [(6.0 * math.cos(k), 6.0 * math.sin(k)) for k in range(40)]
     assert "crowded" in flags(step(observation((0.0, 7.0), crowd, EVADER)))
@@ -181,10 +185,10 @@ def test_messages_that_are_nonsense_are_left_out(bad: float) -> None:
 @pytest.mark.parametrize(
     ("parameters", "sentence"),
     [
-        ({"capture": {**CAPTURE, "radius_m": 0.1}}, r"capture.radius_m = 0.1: must be greater than 0.15"),
+        ({"capture": {**CAPTURE, "radius_m": 0.1}}, r"capture.radius_m = 0.1: must be greater than 0.15, the pursuer's own body"),
         ({"capture": {**CAPTURE, "radius_m": math.nan}}, r"capture.radius_m = nan"),
         ({"evader_radius_m": -0.1}, r"evader_radius_m = -0.1"),
-        ({"evader_radius_m": 0.9}, r"must be greater than 1.05, the bodies of pursuer and evader together"),
+        ({"area_m": [0.0, 0.0, 5.0, -1.0]}, r"area_m = .*must be least north, least east, greatest north, greatest east"),
         ({"control_period_s": 0.0}, r"control_period_s = 0.0"),
         ({"polygons_m": [[[0.0, 0.0], [0.0, 0.0]]]}, r"polygon 0: its corners are one place"),
         ({"mate_silent_s": 0.5}, r"mate_silent_s = 0.5 must be at least mate_stale_s = 1.0"),

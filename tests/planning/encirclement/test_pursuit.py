@@ -164,3 +164,18 @@ def test_at_the_goal_it_stands_without_chatter() -> None:
     last = np.array([decision.velocity_ned_m_s for row in found.decisions[-10:] for decision in row])
     assert np.abs(last).max() < 1e-3
     assert GIVEN["vehicle"] == "single-integrator"
+
+
+def test_pursuers_stay_in_their_area() -> None:
+    area = [-3.0, -3.0, 3.0, 3.0]
+    found = chase([(-2.0, -2.0), (2.0, -2.0), (0.0, 2.5)], (0.0, 5.0), evading=jumping(1), seconds=8.0, area_m=area, stops=False)
+    assert np.abs(np.array(found.places)[:, :-1]).max() <= 3.0 + 1e-9
+    assert np.array(found.places)[-1, :-1, 1].max() > 2.9, "as near to the evader as they may"
+
+
+def test_where_there_is_no_way_at_all_they_slide_and_stay_safe() -> None:
+    ring = [(3.0 * math.cos(k * math.tau / 24), 3.0 * math.sin(k * math.tau / 24), 0.45) for k in range(24)]
+    found = chase([(0.5, 0.0), (-0.5, 0.8), (-0.5, -0.8)], (9.0, 0.0), ring, seconds=14.0)
+    assert found.captured_s is None
+    assert found.clearance_m >= RADIUS_M - 1e-9
+    assert "sliding" in {decision.diagnostics["guidance"] for row in found.decisions for decision in row}
