@@ -16,6 +16,10 @@ MESSAGE_MAX_BYTES = 65_536
 """Zenoh itself drops what is larger than this; what is smaller and still too large is refused by name, see `messages.codec`."""
 DATAGRAMS_AND_STREAMS = "?mixed_rel=1"
 """Of a QUIC endpoint: best-effort publications are datagrams. TLS brings them late, in a burst, after an outage of the link."""
+OPENING_MS = 500
+"""Of a link over UDP, which repeats nothing: an attempt whose packet is lost ends, and the next one begins."""
+SECURE_OPENING_MS = 2000
+"""Of QUIC and TLS: some four round trips, and repetitions. With 500 ms a fleet 100 ms apart never gets a link at all."""
 _NOTHING_HUGE = {
     "id": "nothing huge",
     "flows": ["ingress"],
@@ -33,6 +37,7 @@ def zenoh_config(
     membership: with it only certificates of its authority are talked to; without it anybody.
     wait_for_peers: opening waits up to half a second for those that are connected to, also when one of them is dead.
     """
+    opening_ms = OPENING_MS if membership is None else SECURE_OPENING_MS
     settings: dict[str, Any] = {
         "mode": "peer",
         "scouting/multicast/enabled": False,
@@ -43,8 +48,8 @@ def zenoh_config(
         "open/return_conditions/connect_scouted": wait_for_peers,
         "connect/retry": {"period_init_ms": 200, "period_max_ms": 500, "period_increase_factor": 1.5},
         "transport/link/tx/lease": 1500,
-        "transport/unicast/open_timeout": 500,
-        "transport/unicast/accept_timeout": 500,
+        "transport/unicast/open_timeout": opening_ms,
+        "transport/unicast/accept_timeout": opening_ms,
         "low_pass_filter": [_NOTHING_HUGE],
     }
     if membership is not None:
