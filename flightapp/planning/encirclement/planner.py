@@ -171,10 +171,10 @@ class EncirclementPlanner:
             parameters.leaving_gain_per_s,
             parameters.leaving_speed_max_m_s,
         )
-        if situation.plane_count + 9 > len(self._speeds):
-            size = 2 * situation.plane_count + 9
+        if situation.held_count + 9 > len(self._speeds):
+            size = 2 * situation.held_count + 9
             self._speeds, self._corners, self._spare = np.zeros((size, PLANE_COLUMNS)), np.zeros((size, 2)), np.zeros((size, 2))
-        planes, count = situation.planes, situation.plane_count
+        planes, count = situation.planes, situation.held_count
         n, e = held_velocity(*wish, planes, count, dynamics, self._speeds, self._corners, self._spare)
         return n, e
 

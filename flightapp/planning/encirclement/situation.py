@@ -64,6 +64,8 @@ class Situation:
     planes: Array
     """(p, 3) as `half_planes`; more rows than used."""
     plane_count: int
+    held_count: int
+    """So many rows of `planes` limit the velocity: for a vehicle with lag also the obstacles' from where it is now."""
     mate_modes: tuple[str, ...]
 
 
@@ -94,13 +96,15 @@ class Looking:
             if mate.age_s < FORGOTTEN_S:
                 rows[count] = self._round(mate)
                 count += 1
+        mate_count = count
         vehicles = [mate.place for mate in mates] + ([evader.place] if evader else [])
         count = self._add_discs(rows, count, observation, own, vehicles)
-        self._planes = _grown(self._planes, count + self.walls.count + EDGES)
+        self._planes = _grown(self._planes, 2 * (count + self.walls.count) + EDGES)
         filled = add_rounds(*own, rows, count, self._planes, 0)
         if self.walls.count:
             filled = add_polygons(*own, self.walls.corners, self.walls.starts, self.kept_m, self._planes, filled)
         filled = self._add_edges(own, filled)
+        held = self._add_from_here(now, velocity, rows[mate_count:count], filled) if self._lag_s > 0.0 else filled
         counted = [now, *(mate.place for mate in mates if mate.age_s < self._parameters.mate_silent_s)]
         return Situation(
             t_s=observation.t_s,
@@ -114,8 +118,22 @@ class Looking:
             rounds=rows[:count],
             planes=self._planes,
             plane_count=filled,
+            held_count=held,
             mate_modes=tuple(mate.mode for mate in mates),
         )
+
+    def _add_from_here(self, now: Point, velocity: Point, discs: Array, filled: int) -> int:
+        """The obstacles' planes from where the vehicle is: from where its lag puts it they may be turned out of its way.
+
+        The room is less by what the lag flies towards each.
+        """
+        first = filled
+        filled = add_rounds(*now, discs, len(discs), self._planes, filled)
+        if self.walls.count:
+            filled = add_polygons(*now, self.walls.corners, self.walls.starts, self.kept_m, self._planes, filled)
+        planes = self._planes[first:filled]
+        planes[:, 2] -= self._lag_s * np.maximum(0.0, planes[:, :2] @ np.array(velocity))
+        return filled
 
     def _add_edges(self, own: Point, filled: int) -> int:
         """The edges of the area, as planes."""

@@ -154,3 +154,33 @@ def test_vehicles_with_jerk_encircle_within_their_limits_and_keep_clear() -> Non
     assert clearance >= RADIUS_M - 0.01
     assert separation >= 2 * RADIUS_M
     assert "new" in sources
+
+
+def test_multirotors_that_answer_late_keep_clear_at_full_speed() -> None:
+    assert least_lagged_gap() > 0.2
+    assert least_lagged_gap(response_lag_s=0.0, reaction_s=0.0) < 0.1, "those who do not know their lag eat up the margin"
+
+
+def least_lagged_gap(**parameters: object) -> float:
+    """Least distance of two bodies with a velocity lag from discs, while the evader that they follow jumps about."""
+    fast = Limits(6.0, 6.0, 60.0, 3.0, 12.0, 2.0, 0.25, 0.25)
+    random = np.random.default_rng(6)
+    contact = {"radius_m": 0.6, "mode": "first"}
+    team = [pursuer(limits=fast, vehicle="multirotor", capture=contact, **parameters) for _ in range(2)]
+    discs = [(n + 2.0 * (k % 2), e, 0.8) for k, n in enumerate((-8.0, -4.0, 0.0, 4.0, 8.0)) for e in (-8.0, -4.0, 0.0, 4.0, 8.0)]
+    places, velocities, least = np.array([(-6.0, -6.0), (6.0, 6.0)]), np.zeros((2, 2)), math.inf
+    evader = np.zeros(2)
+    for tick in range(300):
+        if tick % 15 == 0:
+            evader = random.uniform(-9.0, 9.0, 2)
+        for i, planner in enumerate(team):
+            mate = member("mate", 0.1 * tick, places[1 - i], tuple(velocities[1 - i]))
+            seen = observation(places[i], [mate], evader, discs, t_s=0.1 * tick, velocity=tuple(velocities[i]))
+            wanted = planner.step(seen).velocity_ned_m_s[:2]
+            for _ in range(5):
+                change = (wanted - velocities[i]) / 0.45
+                change *= min(1.0, 7.0 / max(float(np.hypot(*change)), 1e-9))
+                velocities[i] += 0.02 * change
+                places[i] += 0.02 * velocities[i]
+                least = min([least, *(math.dist(places[i], disc[:2]) - disc[2] - fast.body_radius_m for disc in discs)])
+    return least
