@@ -660,6 +660,39 @@ def network_campaign(
     raise typer.Exit((0 if finished.is_clean else 1) if finished.complete else INTERRUPTED)
 
 
+@campaign_app.command("paths")
+def path_campaign(
+    seeds: Annotated[str, typer.Option("--seeds", help="Of the random scenes: 17, 0-99 or 3,5,20-29.")] = "0-99",
+    planner: Annotated[
+        list[str] | None, typer.Option("--planner", help="Path planner; repeatable, default all that are installed.")
+    ] = None,
+    obstacles: Annotated[int, typer.Option("--obstacles", help="In each random scene, 0 to 25; the paper has 17.")] = 17,
+    iterations: Annotated[int, typer.Option("--iterations", min=1, help="Of the own planners.")] = 5000,
+    peers_s: Annotated[float, typer.Option("--peers-s", min=0.001, help="CPU time of each of OMPL's planners.")] = 0.1,
+    as_json: Json = False,
+    output: Annotated[Path | None, typer.Option("--out", help="New folder; default campaigns/TIME-paths.")] = None,
+) -> None:
+    """Plan ways in three dimensions on the scenes of the RRT*-APF paper and on random ones, and compare the planners.
+
+    Success, length, clearance, time, and whether a vehicle with limits and lag can fly the way. Writes table.md, trials.json
+    and a picture for each of the paper's three ways.
+
+    Exit status: 0 finished, 2 bad input, 3 fault.
+
+    Example: flightapp campaign paths --seeds 0-99 --planner rrt-star-apf --planner ompl-aorrtc
+    """
+    from flightapp.analysis.campaign.seeds import parse_seeds
+    from flightapp.analysis.path_study.study import Study, installed_planners, run_study
+
+    question = Study(tuple(planner or installed_planners()), parse_seeds(seeds), obstacles, iterations, peers_s)
+    finished = run_study(question, output)
+    if as_json:
+        print(json.dumps(finished.summary, indent=2))
+    else:
+        print(finished.table)
+        print(f"files:  {finished.folder}")
+
+
 @app.command()
 def tune(
     scenario: Scenario,

@@ -10,11 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from flightapp.bench.camera import camera_measurements
+from flightapp.bench.encirclement import encirclement_measurements
 from flightapp.bench.machine import machine
 from flightapp.bench.measurement import Measurement
 from flightapp.bench.memory import memory_use
 from flightapp.bench.orca import ORCA_DECISION, orca_measurements
 from flightapp.bench.output import fleet_measurement, recorder_measurement
+from flightapp.bench.paths import path_measurements
 from flightapp.bench.perception_load import perception_load
 from flightapp.bench.planner import DECISIONS, planner_measurements
 from flightapp.bench.realsense_sdk import SDK_ROW
@@ -70,10 +72,12 @@ def _measured(
         missing.append({"name": SDK_ROW, "why": NO_SDK})
     measurements = [
         *decisions,
+        *encirclement_measurements(limits, 0.05 * seconds),
         *depth,
         supervisor_measurement(loaded, hardware, vehicle, limits, 0.1 * seconds),
         recorder_measurement(limits, 0.1 * seconds),
         fleet_measurement(0.05 * seconds),
+        *path_measurements(0.1 * seconds),
     ]
     frame_rate, frame_memory = perception_load(hardware, steps // STEPS_A_FRAME)
     return {

@@ -29,11 +29,14 @@ ROOT = Path(__file__).parents[2]
 SCENARIO = ROOT / "missions/scenarios/a2-dense.toml"
 STEPS = 800
 ORCA = ("pyrvo, ORCA step alone, 40 neighbours", "pyrvo, ORCA from an observation, 40 discs")
+CELLS = "oa-ecbvc, cells of one, 10 pursuers, 40 discs"
 NAMES = [
     "planner, coarse step",
     "planner, fine step",
     "planner, fine evaluation, 441 samples",
     *ORCA,
+    CELLS,
+    "oa-ecbvc, decision of one, 10 pursuers, 40 discs",
     PLAIN,
     RICH,
     NUMPY_ROW,
@@ -42,14 +45,19 @@ NAMES = [
     "supervisor, check with 40 discs",
     "recorder, six messages of a tick",
     "fleet state, encode and decode",
+    "space, distances to 100 bodies and their force",
+    "path, RRT*-APF, 5000 iterations, 17 bodies",
 ]
 COMPARED = {"planner, fine step", "planner, fine evaluation, 441 samples", RICH}
 AIMS_MS = {
     "planner, coarse step": 0.05,
     "planner, fine step": 0.25,
+    CELLS: 0.3,
     PLAIN: 2.0,
     RICH: 2.0,
     "recorder, six messages of a tick": 0.2,
+    "space, distances to 100 bodies and their force": 0.02,
+    "path, RRT*-APF, 5000 iterations, 17 bodies": 100.0,
 }
 
 

@@ -12,6 +12,7 @@ from flightapp.planning.path_planning.api import Given, PathPlanner
 OMPL = "flightapp.planning.path_planning.ompl_planner"
 PATH_PLANNERS: Mapping[str, str] = {
     "rrt-star-apf": "flightapp.planning.path_planning.rrt_star.planner",
+    "rrt-star-apf-paper": "flightapp.planning.path_planning.rrt_star.planner",
     "rrt-star": "flightapp.planning.path_planning.rrt_star.planner",
     "ompl-aorrtc": OMPL,
     "ompl-bit-star": OMPL,

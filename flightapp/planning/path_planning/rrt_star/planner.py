@@ -26,8 +26,10 @@ BASELINE: Mapping[str, object] = {"push_share": 0.0, "predictive": False}
 
 
 def build(name: str, given: Given) -> PathPlanner:
-    """`rrt-star-apf` or the baseline `rrt-star`; InputError on parameters that it does not have."""
+    """`rrt-star-apf`, the same with the paper's values, or the baseline `rrt-star`; InputError on parameters that are none."""
     values = dict(given or {})
+    if name == "rrt-star-apf-paper":
+        values.setdefault("preset", "paper")
     if values.get("preset") == "paper":
         values = PAPER | values
     if name == "rrt-star":
