@@ -14,13 +14,19 @@ import numpy as np
 
 from flightapp.core.types import Array, Limits
 from flightapp.planning.hunting.parameters import HuntingParameters
-from flightapp.planning.meeting import Runners, meeting_of
+from flightapp.planning.meeting import Meeting, Runners, meeting_of
 from flightapp.planning.polygon import Bodies, assign_slots, free_ring, places_on_ring_m
 from flightapp.planning.prediction import Fit, Path, predicted_path
 
 PATH_STEPS = 400
 PATH_STEP_MIN_S = 0.1
 HORIZON_MIN_S = 10.0
+EARLIER_SHARE = 0.9
+"""Of the time left: a meeting earlier than this is worth a change."""
+MOVED_SHARE = 0.5
+"""Of the hunting radius: the meeting in force moves along with the prediction up to this far a plan."""
+LATE_MAX_S = 3.0
+"""Who is no later than this at its slot is in time: the ring still closes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +132,7 @@ def plan_hunt(
     stays_near = bool((distances <= 1.5 * rules.close_ratio * rules.bodies.ring_radius_m(len(hunters), rules.radius_m)).all())
     if before is not None and is_same_team and (is_near or (before.closing and stays_near)):
         return _closed(now_s, target, runners, hunters, before)
-    meeting = meeting_of(runners, path)
+    meeting = _steady(now_s, meeting_of(runners, path), path, runners, hunters, before if is_same_team else None)
     base = path.places_m[meeting.index]
     heading = path.heading_rad(meeting.index)
     heading = target_course_rad if heading is None else heading
@@ -159,6 +165,25 @@ def plan_hunt(
         meeting.reachable,
         places,
     )
+
+
+def _steady(
+    now_s: float, best: Meeting, path: Path, runners: Runners, hunters: tuple[Hunter, ...], before: Hunt | None
+) -> Meeting:
+    """The meeting in force, as long as the prediction leads there and all who are to meet are in time, or `best`.
+
+    A margin that is added anew in every plan moves the meeting away as fast as an equally fast team flies.
+    """
+    if before is None or before.closing or best.index * path.step_s < EARLIER_SHARE * (before.meeting_s - now_s):
+        return best
+    index = round((before.meeting_s - now_s) / path.step_s)
+    if not 0 < index < len(path.places_m) or math.dist(path.places_m[index], before.base_m) > MOVED_SHARE * before.radius_m:
+        return best
+    shift = path.places_m[index] - np.array(before.base_m)
+    late = np.array([before.places[hunter.name].slot < 0 for hunter in hunters])
+    slots = np.array([before.places[hunter.name].place_m for hunter in hunters]) + shift
+    lateness = np.diagonal(runners.times_s(slots)) - index * path.step_s
+    return Meeting(index, late, True) if (lateness[~late] <= LATE_MAX_S).all() else best
 
 
 def _path(now_s: float, target: Array, fit: Fit | None, runners: Runners, rules: Rules) -> Path:
