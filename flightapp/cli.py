@@ -585,6 +585,44 @@ def campaign(
     raise typer.Exit(0 if finished.complete else INTERRUPTED)
 
 
+@campaign_app.command("all")
+def campaign_all(
+    grid: Annotated[Path, typer.Argument(help="File that names planners, scenarios and seeds.")],
+    seeds: Annotated[str | None, typer.Option("--seeds", help="17, 0-19 or 3,5,20-29; default the file's.")] = None,
+    planner: Annotated[list[str] | None, typer.Option("--planner", help="Only this planner; repeatable.")] = None,
+    scenario: Annotated[list[str] | None, typer.Option("--scenario", help="Only this scenario; repeatable.")] = None,
+    again: Annotated[
+        list[str] | None, typer.Option("--again", help="Planner or scenario whose episodes are flown again; repeatable.")
+    ] = None,
+    show: Annotated[bool, typer.Option("--show", help="Fly nothing: the table of what is there.")] = False,
+    workers: WorkerCount = None,
+    as_json: Json = False,
+    output: Annotated[Path, typer.Option("--output", help="Folder of the episodes and the table.")] = Path("campaigns/all"),
+) -> None:
+    """Fly all planners in all scenarios, seed by seed, and write one table: Markdown, HTML, CSV and JSON.
+
+    Every episode is kept as it ends: the same command goes on where a run was cut, and with more --seeds it adds to it.
+
+    Exit status: 0 all flown, 2 bad input, 3 fault, 130 stopped by a person.
+
+    Example: flightapp campaign all missions/tables/everything.toml --seeds 0-19
+    """
+    from flightapp.analysis.campaign.everything.campaign import fly_everything, show_everything
+    from flightapp.analysis.campaign.everything.grid import load_grid
+    from flightapp.analysis.campaign.workers import Workers
+
+    loaded = load_grid(grid, planner or [], scenario or [], seeds)
+    table = show_everything(loaded, output) if show else fly_everything(loaded, output, Workers(workers), again or [])
+    if as_json:
+        print(json.dumps({"complete": table.complete, "older": table.older, "figures": table.figures}, indent=2))
+    else:
+        print(table.markdown)
+        for name, count in table.older.items():
+            print(f"{name}: {count} episodes by an older version of it; --again {name} flies them again")
+        print(f"{table.episodes} of {table.wanted} episodes; files: {table.folder}")
+    raise typer.Exit(0 if table.complete or show else INTERRUPTED)
+
+
 @campaign_app.command("faults")
 def fault_campaign(
     seeds: Annotated[
@@ -691,6 +729,40 @@ def path_campaign(
     else:
         print(finished.table)
         print(f"files:  {finished.folder}")
+
+
+@campaign_app.command("control")
+def control_study(
+    seeds: Annotated[str, typer.Option("--seeds", help="17, 0-99 or 3,5,20-29: a scene, its wind and its path each.")] = "0-99",
+    way: Annotated[str, typer.Option("--way", help="level, descent or climb: start and goal of figures 13, 14 or 15.")] = "level",
+    all_settings: Annotated[
+        bool, typer.Option("--all-settings", help="All five rows of table 1; else 17 obstacles and steps of 2 m.")
+    ] = False,
+    workers: WorkerCount = None,
+    as_json: Json = False,
+    output: Annotated[Path | None, typer.Option("--out", help="New folder; default campaigns/TIME-control.")] = None,
+) -> None:
+    """Fly a formation of five through obstacles in wind, with every controller and its printed and re-derived gains.
+
+    On the source's ideal double integrator at 1 kHz, and at 50 Hz with the lag and delay of a vehicle under PX4. Writes
+    tables.md, control.json and control.png: tables 1 and 2 and figures 6 to 18 of the source beside ours.
+
+    Exit status: 0 the acceptance is met, 1 it is not, 2 bad input, 3 fault, 130 stopped by a person.
+
+    Example: flightapp campaign control --seeds 0-99
+    """
+    from flightapp.analysis.campaign.seeds import parse_seeds
+    from flightapp.analysis.campaign.workers import Workers
+    from flightapp.sim.control_study.campaign import ControlStudy, run_control_study, study_settings
+    from flightapp.sim.control_study.terminal import print_control_study
+
+    study = ControlStudy(parse_seeds(seeds), study_settings(way, not all_settings))
+    finished = run_control_study(study, Workers(workers), output)
+    if as_json:
+        print(json.dumps(finished.summary, indent=2))
+    else:
+        print_control_study(finished)
+    raise typer.Exit((0 if finished.acceptance.accepted else 1) if finished.complete else INTERRUPTED)
 
 
 @app.command()

@@ -33,11 +33,18 @@ SCHEMA = pa.schema(
         pa.field("decision_p99_us", pa.float64()),
         pa.field("decision_max_us", pa.float64()),
         pa.field("sim_wall_s", pa.float64(), nullable=False),
+        pa.field("encircled_first_s", pa.float64()),
+        pa.field("encircled_share", pa.float64()),
+        pa.field("encircled_at_capture", pa.bool_()),
+        pa.field("travel_m", pa.float64()),
+        pa.field("turning_rad", pa.float64()),
+        pa.field("lost", pa.int64(), nullable=False),
     ]
 )
 TIMING_COLUMNS = ("decision_p50_us", "decision_p99_us", "decision_max_us", "sim_wall_s")
 """What differs when the same runs are flown again."""
 _SAME = ("scenario", "planner", "seed", "outcome", "collided_with", "duration_s")
+_TEAM = ("encircled_share", "travel_m", "turning_rad", "encircled_first_s")
 _FINITE = tuple(name for name in SCHEMA.names[len(_SAME) : SCHEMA.names.index("mode_share")])
 
 
@@ -61,6 +68,9 @@ def _row(result: RunResult) -> dict[str, object]:
         "decision_p99_us": p99,
         "decision_max_us": most,
         "sim_wall_s": result.sim_wall_ns * 1e-9,
+        **{name: _finite(getattr(result, name)) for name in _TEAM},
+        "encircled_at_capture": result.encircled_at_capture,
+        "lost": result.lost,
     }
 
 

@@ -48,6 +48,10 @@ def planner_figures(
     for name in MEAN_FIELDS:
         figures[name] = _figure(np.mean, _values(captured, name))
     figures["min_clearance_m"] = _figure(np.min, _values(captured, "min_clearance_m"))
+    figures["min_separation_m"] = _figure(np.min, _values(runs, "min_separation_m"))
+    figures["encircled_at_capture_rate"] = _figure(np.mean, _values(captured, "encircled_at_capture"))
+    figures["encircled_share"] = _figure(np.mean, _values(runs, "encircled_share"))
+    figures["encircled_first_s"] = _figure(np.mean, _values(runs, "encircled_first_s"))
     decisions_ms = np.concatenate([run.decision_ns for run in runs]) * 1e-6
     figures["decision_ms"] = {name: _figure(lambda ms, q=q: np.percentile(ms, q), decisions_ms) for name, q in _PERCENTILES}
     wall_s = sum(run.sim_wall_ns for run in runs) * 1e-9
@@ -58,7 +62,7 @@ def planner_figures(
     return figures
 
 
-MEAN_FIELDS = ("capture_time_s", "path_length_m", "mean_jerk_m_s3", "boundary_distance_m")
+MEAN_FIELDS = ("capture_time_s", "path_length_m", "mean_jerk_m_s3", "boundary_distance_m", "travel_m", "turning_rad")
 _PERCENTILES = (("p50", 50.0), ("p99", 99.0))
 
 

@@ -16,18 +16,23 @@ def markdown(summary: Summary, details: Mapping[str, Summary]) -> str:
     figures = [_figures(one, details[one["planner"]]["median"]) + ([_ratio(one)] if ratios else []) for one in planners]
     parts = [
         f"# {summary['scenario']}, seeds {summary['seeds']}",
-        _table(OUTCOME_HEADINGS, [_outcomes(one) for one in planners]),
+        aligned(OUTCOME_HEADINGS, [_outcomes(one) for one in planners]),
         "Success: captured without collision, 95 % Wilson interval; p: two-proportion z-test against the first planner.",
-        _table([*FIGURE_HEADINGS, RATIO_HEADING] if ratios else FIGURE_HEADINGS, figures),
+        aligned([*FIGURE_HEADINGS, RATIO_HEADING] if ratios else FIGURE_HEADINGS, figures),
         "Over successful runs: mean (median); clearance: least (median).",
-        _table(COMPUTATION_HEADINGS, [_computation(one, details[one["planner"]]["mode_share"]) for one in planners]),
-        "p50, p99: time of a decision.",
+        aligned(TEAM_HEADINGS, [_team(one) for one in planners]),
+        "Encircled: the evader inside the hull of at least three pursuers; at the capture: share of captures; of the time: mean "
+        "of all runs. Separation: the least of all runs, between centres. Travel and turning: sums over the team, means over "
+        "successful runs.",
+        aligned(COMPUTATION_HEADINGS, [_computation(one, details[one["planner"]]["mode_share"]) for one in planners]),
+        "p50, p99: processor time of a decision.",
     ]
     return "\n\n".join(parts) + "\n"
 
 
 OUTCOME_HEADINGS = ("planner", "runs", "success %", "95 % interval", "p", "collided %", "escaped %", "timed out %")
 FIGURE_HEADINGS = ("planner", "time s", "path m", "jerk m/s3", "d_min m", "clearance m")
+TEAM_HEADINGS = ("planner", "encircled % at capture", "% of the time", "first s", "separation m", "travel m", "turning rad")
 RATIO_HEADING = "time / shortest"
 COMPUTATION_HEADINGS = ("planner", "p50 ms", "p99 ms", "simulated s/s", "modes")
 
@@ -56,6 +61,19 @@ def _figures(one: Summary, median: Summary) -> list[str]:
     ]
 
 
+def _team(one: Summary) -> list[str]:
+    at_capture = one["encircled_at_capture_rate"]
+    return [
+        one["planner"],
+        DASH if at_capture is None else _percent(at_capture),
+        _percent(one["encircled_share"]),
+        _number(one["encircled_first_s"], 2),
+        _number(one["min_separation_m"], 2),
+        _number(one["travel_m"], 1),
+        _number(one["turning_rad"], 1),
+    ]
+
+
 def _ratio(one: Summary) -> str:
     """Capture time over that of the shortest path at top speed, where the layout knows it."""
     ratio = one.get("time_over_shortest_path")
@@ -73,7 +91,8 @@ def _computation(one: Summary, modes: Mapping[str, float]) -> list[str]:
     ]
 
 
-def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def aligned(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A Markdown table, columns in line; the first is text."""
     widths = [max(3, *(len(row[column]) for row in (headings, *rows))) for column in range(len(headings))]
     rule = ["-" * width if column == 0 else "-" * (width - 1) + ":" for column, width in enumerate(widths)]
     return "\n".join(_line(row, widths) for row in (headings, rule, *rows))

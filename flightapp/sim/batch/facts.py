@@ -16,6 +16,7 @@ FACTS = frozenset(
         "capture",
         "vehicle",
         "polygons_m",
+        "area_m",
         "reaction_s",
         "response_lag_s",
         "command_blend",
@@ -23,7 +24,7 @@ FACTS = frozenset(
     }
 )
 """Parameters that a scenario states for every planner; one that has no such parameter does without. Others must be known."""
-UNDECLARED = FACTS - {"evader_radius_m", "vehicle", "polygons_m"}
+UNDECLARED = FACTS - {"evader_radius_m", "vehicle", "polygons_m", "area_m"}
 """What a planner is told that does not declare its parameters."""
 
 
@@ -38,6 +39,7 @@ def planner_parameters(
         "capture": scenario.capture.model_dump(),
         "vehicle": scenario.pursuers.model,
         **_polygons(layout),
+        **_area(layout),
         **scenario.planner.parameters,
     }
     known = known_parameters(planner)
@@ -50,6 +52,14 @@ def evader_parameters(scenario: Scenario, known: frozenset[str], layout: Layout)
     """Of the evader's policy: its own in the scenario, and the layout's polygons where `known` has them."""
     polygons = _polygons(layout) if "polygons_m" in known else {}
     return {**polygons, **scenario.evader.parameters}
+
+
+def _area(layout: Layout | None) -> dict[str, object]:
+    """Least north, least east, greatest north, greatest east."""
+    arena = None if layout is None else layout.arena
+    if arena is None:
+        return {}
+    return {"area_m": [arena.north_min_m, arena.east_min_m, arena.north_max_m, arena.east_max_m]}
 
 
 def _polygons(layout: Layout | None) -> dict[str, object]:

@@ -34,7 +34,7 @@ class RunResult:
     min_separation_m: float
     """Smallest distance between the centres of two pursuers, at any time; inf for one."""
     decision_ns: NDArray[np.int64]
-    """Time of every decision of every pursuer."""
+    """Processor time of every decision of every pursuer."""
     mode_share: dict[str, float]
     """Share of the pursuers' control periods in each mode."""
     shortest_path_m: float | None

@@ -351,8 +351,10 @@ def _merged(base: dict[str, Any], top: Mapping[str, Any], within: str = "") -> d
         merged.pop("parameters", None)
     for key, value in top.items():
         before, name = merged.get(key), f"{within}{key}"
-        both = isinstance(before, dict) and isinstance(value, dict) and name not in WHOLE
-        merged[key] = _merged(before, value, f"{name}.") if both else value
+        if isinstance(before, dict) and isinstance(value, dict) and name not in WHOLE:
+            merged[key] = _merged(before, value, f"{name}.")
+        else:
+            merged[key] = value
     return merged
 
 

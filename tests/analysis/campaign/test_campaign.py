@@ -36,6 +36,12 @@ KEYS = {
     "mean_jerk_m_s3",
     "boundary_distance_m",
     "min_clearance_m",
+    "min_separation_m",
+    "travel_m",
+    "turning_rad",
+    "encircled_at_capture_rate",
+    "encircled_share",
+    "encircled_first_s",
     "decision_ms",
     "simulated_s_per_s",
 }

@@ -1,0 +1,99 @@
+"""The table over everything for a person (Markdown) and for a spreadsheet (CSV)."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+
+from flightapp.analysis.campaign.everything.figures import Figures
+from flightapp.analysis.campaign.everything.grid import Grid
+from flightapp.analysis.campaign.table import DASH, aligned
+
+COLUMNS = (
+    ("success_rate", "success %", 100.0, 0),
+    ("capture_time_s", "time s", 1.0, 1),
+    ("encircled_at_capture_rate", "encircled at capture %", 100.0, 0),
+    ("encircled_share", "share of time encircled %", 100.0, 0),
+    ("hit_obstacle_rate", "hit obstacle %", 100.0, 0),
+    ("hit_teammate_rate", "hit mate %", 100.0, 0),
+    ("escape_rate", "escaped %", 100.0, 0),
+    ("timeout_rate", "timed out %", 100.0, 0),
+    ("min_clearance_m", "clearance m", 1.0, 2),
+    ("min_separation_m", "separation m", 1.0, 2),
+    ("travel_m", "travel m", 1.0, 0),
+    ("turning_rad", "turning rad", 1.0, 0),
+    ("decision_p50_us", "p50 us", 1.0, 0),
+    ("decision_p99_us", "p99 us", 1.0, 0),
+    ("cpu_s", "run s", 1.0, 2),
+)
+"""Field, heading, factor, decimals."""
+NOTE = (
+    "Success: captured without a collision, with its 95 % Wilson interval. Time, travel (sum over the team) and turning (sum of "
+    "the changes of heading): medians over captures. Encircled: the evader inside the hull of the pursuers; share of the time: "
+    "mean. Clearance and separation: the least of all runs, between surfaces and between centres. p50, p99: processor time of "
+    "a decision; run: of a whole simulated run, mean."
+)
+
+
+def markdown_table(grid: Grid, figures: Sequence[Figures]) -> str:
+    """Success and encirclement of everything at a glance, then a table for each scenario."""
+    parts = [
+        "# All planners in all scenarios",
+        f"{_runs(figures)} runs for each planner in each scenario; the same seeds for all.",
+        "## Captured, %",
+        glance(grid, figures, "success_rate"),
+        "## Encircled at the capture, % of captures",
+        glance(grid, figures, "encircled_at_capture_rate"),
+        NOTE,
+    ]
+    for family, names in grid.families:
+        parts.append(f"## {family}")
+        for name in names:
+            entries = [entry for entry in figures if entry["scenario"] == name]
+            if entries:
+                headings = ("planner", "runs", "95 % interval", *(heading for _, heading, _, _ in COLUMNS))
+                parts += [f"### {name}", aligned(headings, [_cells(entry) for entry in entries])]
+                parts += [f"{entry['planner']}: {entry['why']}" for entry in entries if entry["why"]]
+    return "\n\n".join(parts) + "\n"
+
+
+def glance(grid: Grid, figures: Sequence[Figures], field: str) -> str:
+    """Scenarios down, planners across."""
+    found = {(entry["scenario"], entry["planner"]): entry for entry in figures}
+    rows = [
+        [name, *(cell(found.get((name, planner)), field, 100.0, 0) for planner in grid.planners)]
+        for _, names in grid.families
+        for name in names
+    ]
+    return aligned(("scenario", *grid.planners), rows)
+
+
+def cell(entry: Figures | None, field: str, factor: float, decimals: int) -> str:
+    """One figure, or a dash."""
+    value = None if entry is None else entry[field]
+    return DASH if value is None else f"{factor * value:.{decimals}f}"
+
+
+def interval(entry: Figures) -> str:
+    return f"{100.0 * entry['success_ci95_low']:.0f} to {100.0 * entry['success_ci95_high']:.0f}"
+
+
+def csv_table(figures: Sequence[Figures]) -> str:
+    """One row a planner and scenario, all figures, in SI units."""
+    sink = io.StringIO()
+    names = list(figures[0]) if figures else []
+    writer = csv.DictWriter(sink, names, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(figures)
+    return sink.getvalue()
+
+
+def _runs(figures: Sequence[Figures]) -> str:
+    counts = {entry["runs"] for entry in figures} or {0}
+    return f"{min(counts)}" if len(counts) == 1 else f"{min(counts)} to {max(counts)}"
+
+
+def _cells(entry: Figures) -> list[str]:
+    figures = [cell(entry, field, factor, decimals) for field, _, factor, decimals in COLUMNS]
+    return [entry["planner"], str(entry["runs"]), interval(entry), *figures]

@@ -1,0 +1,187 @@
+"""The table over everything: a run that is cut goes on where it was, what goes wrong is a row, and the table tells all of it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flightapp.analysis.campaign.everything import episode_row
+from flightapp.analysis.campaign.everything.campaign import Table, fly_everything, show_everything
+from flightapp.analysis.campaign.everything.episode_row import flown_row, histogram, quantile_us
+from flightapp.analysis.campaign.everything.grid import load_grid
+from flightapp.analysis.campaign.everything.ledger import NAME, read_rows
+from flightapp.analysis.campaign.workers import Workers
+from flightapp.cli import main
+from flightapp.core.errors import InputError
+from tests.analysis.campaign.small import TEXT
+
+GRID = """
+planners = ["geo-apf", "apf"]
+seeds = "0-3"
+[[families]]
+name = "Lines"
+scenarios = ["small.toml"]
+[[families]]
+name = "Others"
+scenarios = ["other.toml"]
+"""
+ONE = Workers(1)
+
+
+@pytest.fixture
+def grid_file(tmp_path: Path) -> Path:
+    (tmp_path / "small.toml").write_text(TEXT.replace("time_limit_s = 4.0", "time_limit_s = 1.0"))
+    (tmp_path / "other.toml").write_text('extends = "small.toml"\n[layout]\ndiscs = 0\n')
+    path = tmp_path / "grid.toml"
+    path.write_text(GRID)
+    return path
+
+
+def flown(grid_file: Path, seeds: str, again: tuple[str, ...] = ()) -> Table:
+    return fly_everything(load_grid(grid_file, (), (), seeds), grid_file.parent / "out", ONE, again)
+
+
+def without_time(path: Path) -> list[dict[str, object]]:
+    return [{k: v for k, v in row.items() if k not in ("cpu_s", "decision_histogram")} for row in read_rows(path)]
+
+
+def test_a_run_that_was_cut_goes_on_where_it_was(grid_file: Path) -> None:
+    whole = flown(grid_file, "0-2")
+    ledger = whole.folder / NAME
+    everything, lines = without_time(ledger), ledger.read_bytes().splitlines(keepends=True)
+    assert whole.complete
+    assert len(lines) == 3 * 2 * 2
+    ledger.write_bytes(b"".join(lines[:5]) + lines[5][:40])  # killed while it wrote the sixth
+    again = flown(grid_file, "0-2")
+    assert without_time(ledger) == everything
+    assert ledger.read_bytes().startswith(b"".join(lines[:5]))
+    assert again.episodes == again.wanted == 12
+    more = flown(grid_file, "0-3")
+    assert without_time(ledger)[:12] == everything
+    assert more.episodes == 16
+
+
+def test_seeds_come_one_after_another_over_everything(grid_file: Path) -> None:
+    flown(grid_file, "0-1")
+    rows = read_rows(grid_file.parent / "out" / NAME)
+    assert [row["seed"] for row in rows] == [0] * 4 + [1] * 4
+
+
+def test_only_what_is_named_is_flown_again(grid_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    flown(grid_file, "0")
+    monkeypatch.setattr(episode_row, "planner_stamp", lambda planner: f"newer {planner}")
+    table = flown(grid_file, "0", ("apf",))
+    assert {row["by"] for row in read_rows(table.folder / NAME) if row["planner"] == "apf"} == {"newer apf"}
+    assert table.older.get("geo-apf", 0) == 0
+    with pytest.raises(InputError, match="--again nobody: neither a planner nor a scenario"):
+        flown(grid_file, "0", ("nobody",))
+
+
+def test_a_changed_scenario_is_not_mixed_with_what_was_flown(grid_file: Path) -> None:
+    flown(grid_file, "0")
+    (grid_file.parent / "other.toml").write_text('extends = "small.toml"\n[layout]\ndiscs = 1\n')
+    with pytest.raises(InputError, match="scenarios have changed since they were flown: other; add --again other"):
+        flown(grid_file, "0-1")
+    assert flown(grid_file, "0-1", ("other",)).complete
+
+
+def test_a_planner_that_refuses_or_breaks_is_a_row_and_the_others_fly(grid_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(scenario: object, planner: str, seed: int) -> object:
+        if planner == "apf":
+            raise InputError("strategy 'apf': not here")
+        raise ZeroDivisionError("by nothing")
+
+    monkeypatch.setattr(episode_row, "fly", fails)
+    table = flown(grid_file, "0")
+    by_planner = {entry["planner"]: entry for entry in table.figures}
+    assert by_planner["apf"]["refused_rate"] == 1.0
+    assert by_planner["geo-apf"]["broken_rate"] == 1.0
+    assert "apf: strategy 'apf': not here" in table.markdown
+    assert "ZeroDivisionError: by nothing" in table.markdown
+
+
+def test_every_form_of_the_table_tells_the_same(grid_file: Path) -> None:
+    table = flown(grid_file, "0-1")
+    told = json.loads((table.folder / "table.json").read_text())["figures"]
+    with (table.folder / "table.csv").open() as file:
+        lines = list(csv.DictReader(file))
+    assert [(line["scenario"], line["planner"]) for line in lines] == [
+        ("small", "geo-apf"),
+        ("small", "apf"),
+        ("other", "geo-apf"),
+        ("other", "apf"),
+    ]
+    for line, entry in zip(lines, told, strict=True):
+        assert float(line["success_rate"]) == entry["success_rate"]
+        outcomes = ("success_rate", "hit_obstacle_rate", "hit_teammate_rate", "escape_rate", "timeout_rate")
+        assert sum(entry[name] for name in outcomes) == pytest.approx(1.0)
+    page = (table.folder / "table.html").read_text()
+    assert page.count("<tr><td>small</td><td>geo-apf</td>") == 1
+    assert "http" not in page
+
+
+def test_two_processes_do_not_fly_into_one_ledger(grid_file: Path) -> None:
+    from flightapp.analysis.campaign.everything.ledger import opened
+
+    flown(grid_file, "0")
+    with opened(grid_file.parent / "out"), pytest.raises(InputError, match="another process flies this campaign"):
+        flown(grid_file, "0-1")
+    assert show_everything(load_grid(grid_file, (), (), None), grid_file.parent / "out").episodes == 4
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--planner", "nobody"], "--planner nobody: no such planner"),
+        (["--scenario", "nowhere"], "--scenario nowhere: not in"),
+        (["--seeds", "x"], "--seeds x"),
+        (["--show"], "--show: no episode in"),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    grid_file: Path, arguments: list[str], sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(grid_file.parent)
+    monkeypatch.setattr(sys, "argv", ["flightapp", "campaign", "all", str(grid_file), *arguments])
+    with pytest.raises(SystemExit) as left:
+        main()
+    said = capsys.readouterr()
+    assert left.value.code == 2
+    assert sentence in said.err
+    assert len(said.err.strip().splitlines()) == 1
+    assert not (grid_file.parent / "campaigns").exists()
+
+
+def test_the_repositorys_table_loads() -> None:
+    grid = load_grid(Path(__file__).parents[3] / "missions" / "tables" / "everything.toml", (), (), None)
+    assert len(grid.seeds) == 200
+    assert {"ac2f", "oa-ecbvc", "hunting"} <= set(grid.planners)
+    assert len(grid.scenarios) >= 25
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.integers(100, 10**8), min_size=1, max_size=50), st.lists(st.integers(100, 10**8), max_size=50))
+def test_quantiles_of_merged_histograms_are_those_of_all_decisions(one: list[int], other: list[int]) -> None:
+    merged: dict[int, int] = {}
+    for part in (one, other):
+        for number, count in histogram(np.array(part, dtype=np.int64)).items():
+            merged[int(number)] = merged.get(int(number), 0) + count
+    for share in (0.5, 0.99):
+        exact = np.quantile([*one, *other], share, method="inverted_cdf") * 1e-3
+        assert quantile_us(merged, share) == pytest.approx(exact, rel=0.04)
+
+
+def test_a_row_is_plain_json_and_the_same_again(grid_file: Path) -> None:
+    scenario = load_grid(grid_file, (), (), None).scenarios[0]
+    once, again = (flown_row(scenario, "apf", 3) for _ in range(2))
+    json.dumps(once, allow_nan=False)
+    for row in (once, again):
+        row.pop("cpu_s"), row.pop("decision_histogram")
+    assert once == again
