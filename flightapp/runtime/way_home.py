@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from shapely.geometry import Point, Polygon
 
 from flightapp.config.known_obstacles import KnownBox, KnownCylinder, KnownObstacle
 from flightapp.config.mission import FlightVolume
@@ -18,7 +19,8 @@ from flightapp.planning.path_planning.trajectory import FlightLimits, Trajectory
 from flightapp.runtime.composition import feeds_forward
 from flightapp.runtime.rooms import Rooms
 from flightapp.runtime.way_follower import WayFollower
-from flightapp.space.shapes import Cylinder, OrientedBox, Shape, Sphere, bodies_of, bodies_of_discs
+from flightapp.space.bodies import V_DOWN, V_NORTH
+from flightapp.space.shapes import Cylinder, OrientedBox, Shape, Sphere, bodies_of, bodies_of_discs, no_bodies
 from flightapp.space.world import World
 
 ITERATIONS = 3000
@@ -48,7 +50,9 @@ class WayHome:
         mission, vehicle, limits = rooms.mission, rooms.vehicle, rooms.limits
         volume = mission.flight_volume
         self._clock = rooms.clock
-        self._known = bodies_of([*(shape_of(one) for one in mission.known_obstacles), *_fence(volume)])
+        self._known = bodies_of(shape_of(one) for one in mission.known_obstacles)
+        self._fence = bodies_of(_fence(volume))
+        self._inside = Polygon(volume.vertices_m)
         vertices = np.array(volume.vertices_m)
         self._low = np.array((*vertices.min(axis=0), BAND_M - volume.height_max_m))
         self._high = np.array((*vertices.max(axis=0), -volume.height_min_m - BAND_M))
@@ -67,7 +71,7 @@ class WayHome:
         """From where the vehicle is, past what is known and what it sees now. Takes tens of milliseconds: plan in a hover."""
         start = np.clip(own.position_ned_m, self._low, self._high)
         gap = self._gap_min_m + TRACKING_M
-        world = self._world(seen)
+        world = self._world(start, seen)
         problem = Problem(
             world,
             start,
@@ -94,17 +98,18 @@ class WayHome:
 
     def is_return_free(self, own: VehicleState, seen: ObstacleSet) -> bool:
         """Whether the autopilot's own return, straight up to the return height and straight home, keeps clear."""
-        world, here = self._world(seen), own.position_ned_m
+        world, here = self._world(own.position_ned_m, seen), own.position_ned_m
         above = np.array((here[0], here[1], min(here[2], self._goal[2])))
         over_home = np.array((self._goal[0], self._goal[1], above[2]))
         gap = self._gap_min_m
         return world.is_way_free(here, above, gap) and world.is_way_free(above, over_home, gap)
 
-    def _world(self, seen: ObstacleSet) -> World:
-        """Known bodies and fence, and seen discs where they are now; what moves is left to the guards."""
+    def _world(self, here: Array, seen: ObstacleSet) -> World:
+        """Known bodies, the fence seen from inside, and seen discs where they are now; what moves is left to the guards."""
         discs = bodies_of_discs(seen.discs)
-        discs[:, 9:] = 0.0
-        return World.of_bodies(np.vstack((self._known, discs)))
+        discs[:, V_NORTH : V_DOWN + 1] = 0.0
+        fence = self._fence if self._inside.contains(Point(here[0], here[1])) else no_bodies()
+        return World.of_bodies(np.vstack((self._known, fence, discs)))
 
 
 def shape_of(known: KnownObstacle) -> Shape:
