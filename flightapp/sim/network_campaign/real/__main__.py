@@ -17,8 +17,7 @@ from flightapp.sim.network_campaign.real.namespaces import NamespaceSwitch
 from flightapp.sim.network_campaign.real.udp_proxy import UdpProxy
 from flightapp.sim.progress import Progress
 
-TAKEOFF_S = 12.0
-"""From the start of the processes to about the start of the pursuit."""
+POLL_S = 0.1
 
 
 def main() -> None:
@@ -39,7 +38,7 @@ async def _fly(options: argparse.Namespace) -> None:
     mission = load_mission(options.mission)
     quality = LinkQuality(options.delay_ms * 1e-3, options.jitter_ms * 1e-3, options.loss_percent * 1e-2)
     shaper = LinkShaper(quality, options.seed)
-    splitting = asyncio.create_task(_split_and_heal(shaper, mission, options.partition))
+    splitting = asyncio.create_task(_split_and_heal(shaper, mission, options.partition, options.run))
     if options.namespaces:
         with NamespaceSwitch(shaper, [vehicle.name for vehicle in mission.vehicles]) as switch:
             await _launch(mission, NamespaceWiring(switch), options)
@@ -61,12 +60,18 @@ async def _launch(mission: Mission, wiring: Wiring, options: argparse.Namespace)
         await launcher.run()
 
 
-async def _split_and_heal(shaper: LinkShaper, mission: Mission, partition: str) -> None:
+async def _split_and_heal(shaper: LinkShaper, mission: Mission, partition: str, run: Path) -> None:
     names = {role: [one.name for one in mission.vehicles if one.role == role] for role in ("pursuer", "evader")}
-    await asyncio.sleep(TAKEOFF_S + SPLIT_AFTER_S)
+    while not all(_pursues(run / f"{name}.log") for name in names["pursuer"]):
+        await asyncio.sleep(POLL_S)
+    await asyncio.sleep(SPLIT_AFTER_S)
     shaper.split(side_of("one" if partition == "one" else "halves" if partition == "halves" else "none", *names.values()))
     await asyncio.sleep(SPLIT_FOR_S)
     shaper.heal()
+
+
+def _pursues(log: Path) -> bool:
+    return log.exists() and "phase pursue" in log.read_text(errors="replace")
 
 
 if __name__ == "__main__":
