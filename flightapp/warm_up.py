@@ -31,6 +31,7 @@ WHOLE = (
     "flightapp.sim.world",
     "flightapp.planning.evasion.voronoi_cell",
     "flightapp.planning.encirclement.planner",
+    "flightapp.planning.hunting.planner",
     "flightapp.planning.path_planning.rrt_star.planner",
 )
 OBJECTS = 100_000
