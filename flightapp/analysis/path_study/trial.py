@@ -27,9 +27,10 @@ LIMITS = FlightLimits(speed_max_m_s=10.0, climb_rate_max_m_s=10.0, acceleration_
 class Trial:
     """Lengths in m, times in s; what does not exist without a way is NaN.
 
-    direct: the straight way was free, so that no planner was asked. planning_s: CPU time of the planner, whole_s: of the whole
-    flight from the question to the time law. path_m: as the planner gave it, length_m: of the flight. error_m: greatest, of
-    the vehicle that tracks it. flyable: it does so within the room for that, with at least body and safety distance around it.
+    direct: the straight way was free, so that no planner was asked, and nothing more is measured. planning_s: CPU time of the
+    planner, whole_s: of all from the question to the time law. path_m: as the planner gave it, length_m: of the flight.
+    error_m: greatest, of the vehicle that tracks it. flyable: it does so within the room for that, with at least body and
+    safety distance around it.
     """
 
     planner: str
@@ -85,6 +86,8 @@ def run_trial(name: str, scene: Scene, seed: int, iterations: int, peers_s: floa
     trial = Trial(name, scene.name, flight.trajectory is not None, direct, planner.spent_ns * 1e-9, whole_s, reason=flight.reason)
     if flight.trajectory is None:
         return trial, np.zeros((0, 3))
+    if direct:
+        return trial, np.stack((scene.start_ned_m, scene.goal_ned_m))
     way = np.array([flight.trajectory.at(t).position_ned_m for t in np.arange(0.0, flight.trajectory.duration_s, 0.02)])
     flown = fly(flight.trajectory, LIMITS.acceleration_max_m_s2)
     around = min(problem.world.signed_distance_m(place) for place in flown.positions_ned_m)
