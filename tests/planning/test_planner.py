@@ -16,7 +16,7 @@ from flightapp.core.types import Array, Boundary, Observation, ObstacleSet, Targ
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.planner import Ac2fPlanner
 from flightapp.planning.ac2f.variants import VARIANTS
-from flightapp.planning.registry import make_evader, make_planner, planner_names
+from flightapp.planning.registry import ENCIRCLEMENT, make_evader, make_planner, planner_names
 from tests.planning.closed_loop import disc, limits
 
 LINE = Boundary(np.array([[0.0, -50.0], [0.0, 50.0]]), False)
@@ -45,7 +45,7 @@ def observation(
 
 
 def test_names() -> None:
-    assert planner_names() == tuple(sorted(VARIANTS))
+    assert set(planner_names()) >= {*VARIANTS, *ENCIRCLEMENT}
 
 
 @pytest.mark.parametrize(

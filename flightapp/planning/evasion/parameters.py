@@ -91,7 +91,7 @@ class ReactingParameters(AvoidingParameters):
 class GoalSeekerParameters(ReactingParameters):
     """To a goal, weakly away from near pursuers."""
 
-    goal_m: tuple[float, float]
+    goal_m: tuple[float, float] = (0.0, 0.0)
     """north, east."""
     arrival_m: float = Field(default=0.5, gt=0)
     """It stands within this distance of the goal."""

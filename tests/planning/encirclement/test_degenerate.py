@@ -105,6 +105,13 @@ def test_pursuers_in_a_row_encircle_nobody() -> None:
     assert decision.mode == "encircle" or decision.diagnostics["hull_distance_m"] >= 0.0
 
 
+def test_a_wall_that_is_not_convex_is_told() -> None:
+    dented = [[[20.0, 0.0], [24.0, 0.0], [24.0, 4.0], [22.0, 1.0]]]
+    assert any(
+        "polygon 0 is not convex" in flag for flag in flags(step(observation((0.0, 0.0), OTHERS, EVADER), polygons_m=dented))
+    )
+
+
 def test_a_capture_that_is_a_collision_is_told() -> None:
     assert "capture by contact" in flags(step(observation((0.0, 0.0), OTHERS, EVADER), evader_radius_m=0.9))
 
