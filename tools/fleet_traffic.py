@@ -228,7 +228,7 @@ def open_session(number: int, options: argparse.Namespace) -> zenoh.Session:
 
 def rates_of(options: argparse.Namespace) -> StateRates:
     profile = load_profile(PROFILE)
-    changes = {"state_rate_hz": options.state_rate, "fleet_kbit_s_max": options.budget}
+    changes = {"state_rate_hz": options.state_rate, "fleet_kbit_s_max": options.budget, "certificates": options.keys}
     profile = profile.model_copy(update={"network": profile.network.model_copy(update=changes)})
     return state_rates(options.vehicles, profile, Limits(**profile.limits.model_dump()))
 

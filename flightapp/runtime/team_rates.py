@@ -18,5 +18,6 @@ def state_rates(vehicles: int, profile: Profile, limits: Limits) -> StateRates:
         stop_m=horizontal_braking(limits, safety).stop_m,
         silent_s=safety.team_state_age_max_s,
     )
-    count = fast_count(vehicles, network.state_rate_hz, network.fleet_kbit_s_max)
+    closed = network.certificates is not None
+    count = fast_count(vehicles, network.state_rate_hz, network.fleet_kbit_s_max, closed=closed)
     return StateRates(network.state_rate_hz, count, need)

@@ -127,3 +127,8 @@ def test_a_large_team_or_a_thin_radio_has_less_at_the_full_rate() -> None:
     assert counts[-1] == 0
     assert sorted(counts[1:], reverse=True) == counts[1:]
     assert fast_count(4, RATE_HZ, 100.0) == 0
+
+
+def test_a_closed_fleet_has_room_for_five_at_the_full_rate() -> None:
+    assert [fast_count(vehicles, RATE_HZ, 1000.0, closed=True) for vehicles in (2, 3, 4, 5)] == [1, 2, 3, 4]
+    assert fast_count(6, RATE_HZ, 1000.0, closed=True) < 5
