@@ -28,7 +28,7 @@ class EncirclementParameters(StrategyParameters):
     """The evader's body: with a capture radius not larger than both bodies, capture is contact: a flag says so."""
     polygons_m: tuple[Corners, ...] = ()
     """Convex obstacles of the map, corners as (north, east)."""
-    area_m: tuple[float, float, float, float] | None = None
+    flight_area_m: tuple[float, float, float, float] | None = None
     """The area that a pursuer's centre does not leave: least north, least east, greatest north, greatest east."""
     vehicle: Vehicle = "multirotor"
     """`single-integrator`: flies any velocity at once, as the paper's proof wants it; `multirotor`: takes a velocity, needs room
@@ -120,7 +120,7 @@ class EncirclementParameters(StrategyParameters):
         polygons(given)
         return given
 
-    @field_validator("area_m")
+    @field_validator("flight_area_m")
     @classmethod
     def _has_extent(cls, area: tuple[float, float, float, float] | None) -> tuple[float, float, float, float] | None:
         if area is not None and (area[0] >= area[2] or area[1] >= area[3]):

@@ -137,7 +137,7 @@ class Looking:
 
     def _add_edges(self, own: Point, filled: int) -> int:
         """The edges of the area, as planes."""
-        area = self._parameters.area_m
+        area = self._parameters.flight_area_m
         if area is None:
             return filled
         n, e = own

@@ -101,7 +101,7 @@ class Standstill:
         self._way = [(float(n), float(e)) for n, e in room["found"][0][:corners]]
 
     def _in_area(self, place: Point) -> Point:
-        area = self._parameters.area_m
+        area = self._parameters.flight_area_m
         if area is None:
             return place
         return min(max(place[0], area[0]), area[2]), min(max(place[1], area[1]), area[3])

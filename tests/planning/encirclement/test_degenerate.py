@@ -195,7 +195,10 @@ def test_messages_that_are_nonsense_are_left_out(bad: float) -> None:
         ({"capture": {**CAPTURE, "radius_m": 0.1}}, r"capture.radius_m = 0.1: must be greater than 0.15, the pursuer's own body"),
         ({"capture": {**CAPTURE, "radius_m": math.nan}}, r"capture.radius_m = nan"),
         ({"evader_radius_m": -0.1}, r"evader_radius_m = -0.1"),
-        ({"area_m": [0.0, 0.0, 5.0, -1.0]}, r"area_m = .*must be least north, least east, greatest north, greatest east"),
+        (
+            {"flight_area_m": [0.0, 0.0, 5.0, -1.0]},
+            r"flight_area_m = .*must be least north, least east, greatest north, greatest east",
+        ),
         ({"control_period_s": 0.0}, r"control_period_s = 0.0"),
         ({"polygons_m": [[[0.0, 0.0], [0.0, 0.0]]]}, r"polygon 0: its corners are one place"),
         ({"mate_silent_s": 0.5}, r"mate_silent_s = 0.5 must be at least mate_stale_s = 1.0"),

@@ -21,7 +21,7 @@ def test_four_pursuers_of_the_demo_encircle_within_its_flight_volume() -> None:
         assert isinstance(planner, EncirclementPlanner)
         parameters = planner._parameters
         assert parameters.capture.hold_radius_m == mission.capture.hold_radius_m
-        assert parameters.area_m is not None
+        assert parameters.flight_area_m is not None
         corners = mission.flight_volume.vertices_m
-        assert min(n for n, _ in corners) < parameters.area_m[0] < parameters.area_m[2] < max(n for n, _ in corners)
-        assert min(e for _, e in corners) < parameters.area_m[1] < parameters.area_m[3] < max(e for _, e in corners)
+        assert min(n for n, _ in corners) < parameters.flight_area_m[0] < parameters.flight_area_m[2] < max(n for n, _ in corners)
+        assert min(e for _, e in corners) < parameters.flight_area_m[1] < parameters.flight_area_m[3] < max(e for _, e in corners)

@@ -168,7 +168,9 @@ def test_at_the_goal_it_stands_without_chatter() -> None:
 
 def test_pursuers_stay_in_their_area() -> None:
     area = [-3.0, -3.0, 3.0, 3.0]
-    found = chase([(-2.0, -2.0), (2.0, -2.0), (0.0, 2.5)], (0.0, 5.0), evading=jumping(1), seconds=8.0, area_m=area, stops=False)
+    found = chase(
+        [(-2.0, -2.0), (2.0, -2.0), (0.0, 2.5)], (0.0, 5.0), evading=jumping(1), seconds=8.0, flight_area_m=area, stops=False
+    )
     assert np.abs(np.array(found.places)[:, :-1]).max() <= 3.0 + 1e-9
     assert np.array(found.places)[-1, :-1, 1].max() > 2.9, "as near to the evader as they may"
 
