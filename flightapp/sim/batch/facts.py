@@ -39,7 +39,6 @@ def planner_parameters(
         "capture": scenario.capture.model_dump(),
         "vehicle": scenario.pursuers.model,
         **_polygons(layout),
-        **_area(layout),
         **scenario.planner.parameters,
     }
     known = known_parameters(planner)
@@ -52,14 +51,6 @@ def evader_parameters(scenario: Scenario, known: frozenset[str], layout: Layout)
     """Of the evader's policy: its own in the scenario, and the layout's polygons where `known` has them."""
     polygons = _polygons(layout) if "polygons_m" in known else {}
     return {**polygons, **scenario.evader.parameters}
-
-
-def _area(layout: Layout | None) -> dict[str, object]:
-    """Least north, least east, greatest north, greatest east."""
-    arena = None if layout is None else layout.arena
-    if arena is None:
-        return {}
-    return {"area_m": [arena.north_min_m, arena.east_min_m, arena.north_max_m, arena.east_max_m]}
 
 
 def _polygons(layout: Layout | None) -> dict[str, object]:

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Patch, Polygon
 from shapely.geometry import LineString, box
 
 from flightapp.analysis.campaign.pictures.style import BOUNDARY, EVADER, STONE, new_figure
@@ -17,6 +17,7 @@ from flightapp.analysis.map_data import INK
 from flightapp.core.types import Array
 from flightapp.planning.plane import nearest_on, segments
 from flightapp.sim.batch.families.layout import Layout
+from flightapp.sim.batch.walls import edge_rows, wall_distance_m
 
 LONG_SIDE_IN, LEGEND_IN, MARGIN_IN = 6.4, 2.3, 0.7
 SHORT_SIDE_MIN_IN = 3.0
@@ -64,8 +65,9 @@ def _view(layout: Layout, paths_m: Array) -> tuple[Array, Array]:
 
 
 def _draw_layout(axes: Axes, layout: Layout) -> None:
-    discs = [Circle((east, north), radius) for north, east, radius in layout.discs[:, :3]]
-    axes.add_collection(PatchCollection(discs, facecolor=STONE, edgecolor="#52606d", linewidth=0.6, alpha=0.55, zorder=1.5))
+    solid: list[Patch] = [Circle((east, north), radius) for north, east, radius in layout.discs[:, :3]]
+    solid += [Polygon(corners[:, ::-1]) for corners in layout.polygons]
+    axes.add_collection(PatchCollection(solid, facecolor=STONE, edgecolor="#52606d", linewidth=0.6, alpha=0.55, zorder=1.5))
     moving = layout.discs[(layout.discs[:, 3:5] != 0.0).any(axis=1)]
     if len(moving):
         axes.quiver(moving[:, 1], moving[:, 0], moving[:, 4], moving[:, 3], angles="xy", scale_units="xy", scale=1.0, width=0.003)
@@ -102,5 +104,6 @@ def _collided(trace: Trace) -> int:
         others = [np.linalg.norm(end[pursuer] - end[other]) for other in range(trace.pursuers) if other != pursuer]
         centres = discs[:, :2] + discs[:, 3:5] * last.t_s
         to_discs = np.linalg.norm(centres - end[pursuer], axis=1) - discs[:, 2]
-        gaps.append(min([*to_discs, *others] if trace.result.collided_with == "obstacle" else others, default=np.inf))
+        to_walls = [wall_distance_m(*end[pursuer].tolist(), *edge) for edge in edge_rows(trace.layout.polygons).tolist()]
+        gaps.append(min([*to_discs, *to_walls, *others] if trace.result.collided_with == "obstacle" else others, default=np.inf))
     return int(np.argmin(gaps))

@@ -54,8 +54,6 @@ class Layout:
     """Of the first pursuer to the evader's start, around the discs."""
     polygons: tuple[Array, ...] = ()
     """Convex ones that stand in the way, (k, 2) north, east each."""
-    arena: Area | None = None
-    """What the evader must not leave, where there is such a thing."""
 
 
 class FamilyLayout(Strict):

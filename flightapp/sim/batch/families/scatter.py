@@ -93,10 +93,8 @@ class ScatterLayout(FamilyLayout):
         moving = [disc(*row) for row in self.moving_discs_m]
         discs = disc_rows(moving + given + standing_discs(field[self.polygons :]))
         _check_starts((*pursuers, evader), discs, polygons, team.inflation_m)
-        arena = _area(self.arena_m)
-        area = arena if self.moves_in_m is None else _area(self.moves_in_m)
-        closed = arena if self.goal_m is None else None
-        return Layout(discs, self._boundary(), pursuers, evader, area, polygons=tuple(polygons), arena=closed)
+        box = self.moves_in_m or self.arena_m
+        return Layout(discs, self._boundary(), pursuers, evader, Area(*box[::2], *box[1::2]), polygons=tuple(polygons))
 
     def _starts(self, team: Team, random: np.random.Generator) -> tuple[tuple[Start, ...], Start]:
         for _ in range(ATTEMPTS_MAX):
@@ -164,10 +162,6 @@ class ScatterLayout(FamilyLayout):
             return Boundary(np.array(self.goal_m) + self.goal_radius_m * np.column_stack((np.cos(around), np.sin(around))), True)
         north, east, to_north, to_east = self.arena_m
         return Boundary(np.array([[north, east], [north, to_east], [to_north, to_east], [to_north, east]]), True)
-
-
-def _area(box: Box) -> Area:
-    return Area(*box[::2], *box[1::2])
 
 
 def _is_convex(corners: tuple[Place, ...]) -> bool:
