@@ -21,8 +21,8 @@ from flightapp.sim.fault_script import ActiveFault, Fault, Target, Verb
 from flightapp.sim.virtual.camera import CameraFault
 from flightapp.sim.virtual.fleet import VirtualFleet, VirtualVehicle
 
-NOTICED_S = 10.0
-"""Real time within which the recorder's thread finds out about its disk."""
+NOTICED_S = 120.0
+"""Real time within which the recorder's thread finds out about its disk, on a busy machine."""
 
 
 @dataclass(slots=True)

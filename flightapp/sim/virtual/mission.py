@@ -54,7 +54,8 @@ DEADMAN_CHECK_S = 0.05
 HEARTBEAT_S = 1.0
 RECORDER_WAITING_MAX = 1 << 20
 """The recorder's thread lives in real time, which the mission outruns: nothing is dropped for that."""
-RECORDER_CLOSE_S = 60.0
+RECORDER_CLOSE_S = 600.0
+"""On a busy machine it may be far behind."""
 TIME_LIMIT_S = 900.0
 
 
