@@ -16,7 +16,7 @@ FACTS = frozenset(
         "capture",
         "vehicle",
         "polygons_m",
-        "area_m",
+        "flight_area_m",
         "reaction_s",
         "response_lag_s",
         "command_blend",
@@ -24,7 +24,7 @@ FACTS = frozenset(
     }
 )
 """Parameters that a scenario states for every planner; one that has no such parameter does without. Others must be known."""
-UNDECLARED = FACTS - {"evader_radius_m", "vehicle", "polygons_m", "area_m"}
+UNDECLARED = FACTS - {"evader_radius_m", "vehicle", "polygons_m", "flight_area_m"}
 """What a planner is told that does not declare its parameters."""
 
 
