@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flightapp.planning.encirclement.situation import Looking
+from flightapp.planning.encirclement import situation
+from flightapp.planning.encirclement.situation import DISC_SHARE, Looking
+from flightapp.planning.geometry.half_planes import add_rounds
 from flightapp.planning.registry import ENCIRCLEMENT, make_evader
 from tests.planning.encirclement.arena import GIVEN, LIMITS, RADIUS_M, Chase, Evading, chase, fleeing, observation, pursuer
 
@@ -72,6 +74,9 @@ def test_an_evader_is_encircled_then_caught_in_the_forest() -> None:
     modes = [row[0].mode for row in found.decisions]
     assert modes.index("capture") > 0
     assert "encircle" not in modes[modes.index("capture") :], "latched"
+    for row in found.decisions:
+        sizes = np.array([decision.diagnostics["box_half_m"] for decision in row])
+        assert np.ptp(sizes, axis=0).max() < 1e-9, "everybody computes the same box, without a leader"
     reasons = [row[0].reason for row in found.decisions if row[0].reason]
     assert reasons[0] == "the evader is not encircled"
 
@@ -181,3 +186,18 @@ def test_where_there_is_no_way_at_all_they_slide_and_stay_safe() -> None:
     assert found.captured_s is None
     assert found.clearance_m >= RADIUS_M - 1e-9
     assert "sliding" in {decision.diagnostics["guidance"] for row in found.decisions for decision in row}
+
+
+def test_the_papers_printed_buffer_which_is_no_length_would_let_them_too_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    def literally(own_n: float, own_e: float, rounds: np.ndarray, count: int, planes: np.ndarray, filled: int) -> int:
+        rows = rounds.copy()
+        discs = rows[:, 3] == DISC_SHARE
+        surface = rows[:, 2] - RADIUS_M
+        gap = np.hypot(rows[:, 0] - own_n, rows[:, 1] - own_e) - surface
+        rows[discs, 2] = (surface + RADIUS_M * gap)[discs]
+        return add_rounds(own_n, own_e, rows, count, planes, filled)
+
+    behind = ([(-3.0, 0.0), (-3.0, 1.0)], (3.0, 0.0), [(0.0, 0.0, 1.0)])
+    assert chase(*behind, method="greedy", seconds=6.0, deadlock=False).clearance_m == pytest.approx(RADIUS_M)
+    monkeypatch.setattr(situation, "add_rounds", literally)
+    assert chase(*behind, method="greedy", seconds=6.0, deadlock=False).clearance_m < 0.05
