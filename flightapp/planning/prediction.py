@@ -180,5 +180,7 @@ class TrackHistory:
         self._missed = self._missed + 1 if is_off else 0
         if self._missed >= MANOEUVRE_RESIDUALS:
             self._window_s, self._missed = WINDOW_MIN_S, 0
+            since = 1 - MANOEUVRE_RESIDUALS  # the first that was off; the new sample is the last
+            self._times_s, self._places_m = self._times_s[since:], self._places_m[since:]
         else:
             self._window_s = min(WINDOW_MAX_S, self._window_s + min(passed_s, 1.0))

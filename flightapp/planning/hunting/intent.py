@@ -66,7 +66,9 @@ def intend(
     if rule.mode == "first" and _goes_first(view, limits):
         return _contact(view, rendezvous, limits)
     if follows:
-        return _moving(APPROACH, view, slot, rendezvous.heading_rad, rendezvous, limits, period_s)
+        if math.dist(view.own_m, slot) > rendezvous.radius_m:
+            return _still(APPROACH, view, slot, rendezvous.heading_rad, limits)
+        return _moving(ENCLOSE, view, slot, rendezvous.heading_rad, rendezvous, limits, period_s)
     speed = math.hypot(*view.target_m_s)
     along = math.cos(rendezvous.heading_rad), math.sin(rendezvous.heading_rad)
     base = rendezvous.north_m, rendezvous.east_m

@@ -23,6 +23,8 @@ from flightapp.planning.prediction import TrackHistory
 
 ALONE = ""
 """The own name in plans that are made alone: an observation does not tell it."""
+APART_SHARE = 0.8
+"""Of a separation that is asked for, kept from teammates everywhere; on the ring it is all of it."""
 PERIOD_MIN_S, PERIOD_MAX_S = 0.01, 1.0
 """Of control: what an observation says of it is taken within these bounds."""
 TURNING_SHARE = 0.8
@@ -47,7 +49,8 @@ class HuntingPlanner:
             + limits.speed_max_m_s * rest_turn_s(0.25 * math.pi, limits.yaw_rate_max_rad_s, limits.yaw_acceleration_max_rad_s2)
             + limits.speed_max_m_s**2 / (2.0 * limits.acceleration_max_m_s2)
         )
-        apart_m = self._touching_m + min(limits.safety_margin_m, 0.5 * bodies.separation_m)
+        margin_m = min(limits.safety_margin_m, 0.5 * bodies.separation_m)
+        apart_m = self._touching_m + (margin_m if parameters.separation_m is None else APART_SHARE * parameters.separation_m)
         keep_out_m = limits.body_radius_m + parameters.evader_radius_m + 0.5 * bodies.separation_m
         range_m = parameters.obstacle_range_m or 50.0
         self._sight = Sight(parameters, limits, range_m, apart_m, 0.0 if parameters.capture.mode == "first" else keep_out_m)
