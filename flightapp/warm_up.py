@@ -27,6 +27,8 @@ WHOLE = (
     "flightapp.planning.evasion.avoidance",
     "flightapp.estimation.target_filter",
     "flightapp.safety.supervisor",
+    "flightapp.sim.control_study.flight",
+    "flightapp.control.tracker",
     "perception.free_space",
     "flightapp.sim.world",
     "flightapp.planning.evasion.voronoi_cell",

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from flightapp.bench.camera import camera_measurements
+from flightapp.bench.control import controller_measurement
 from flightapp.bench.encirclement import encirclement_measurements
 from flightapp.bench.machine import machine
 from flightapp.bench.measurement import Measurement
@@ -77,6 +78,7 @@ def _measured(
         supervisor_measurement(loaded, hardware, vehicle, limits, 0.1 * seconds),
         recorder_measurement(limits, 0.1 * seconds),
         fleet_measurement(0.05 * seconds),
+        controller_measurement(0.02 * seconds),
         *path_measurements(0.1 * seconds),
     ]
     frame_rate, frame_memory = perception_load(hardware, steps // STEPS_A_FRAME)

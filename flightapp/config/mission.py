@@ -221,6 +221,8 @@ class Simulation(Strict):
     gust_m_s: float = Field(default=0.0, ge=0, le=15)
     harmonic_wind: HarmonicWind | None = None
     """On top of these: harmonics with a gust step, stronger with height."""
+    velocity_loop: Literal["reference", "px4"] = "reference"
+    """Of the mock autopilots: the reference multirotor's, which takes a wind out within a second, or PX4's default gains."""
     origin_offset_m: float = Field(default=50.0, ge=0, le=5000)
     """How far the local origins of the mock autopilots lie apart."""
     faults: dict[str, Path] = {}

@@ -7,7 +7,7 @@ does by itself. The velocity setpoint stays what the planner decided: the guards
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -101,15 +101,27 @@ class VelocityTracker:
         decide(state, self._law, self._reference, NOTHING, self._command)
         if self._gains.variant == "velocity":
             return Setpoint(self._velocity + self._command / self._gain_1_s, decided.yaw_rad)
-        forward = np.zeros(3)
+        forward, against = np.zeros(3), self._against()
         shortened(self._command - self._gain_1_s * (decided_m_s - self._velocity), forward, self._gains.law.acceleration_max_m_s2)
         forward[2] = min(self._gains.law.vertical_max_m_s2, max(-self._gains.law.vertical_max_m_s2, forward[2]))
-        return Setpoint(decided_m_s, decided.yaw_rad, forward)
+        return Setpoint(decided_m_s, decided.yaw_rad, forward - against, against)
+
+    def steady(self, hover: Setpoint) -> Setpoint:
+        """`hover` with the compensation of the wind, so that it neither comes nor goes with the planner."""
+        if self._gains.variant == "velocity" or self._state[STARTED] == 0.0 or self._state[GAP] > BRAKE_AFTER_S:
+            return hover
+        return replace(hover, compensation_ned_m_s2=self._against())
+
+    def _against(self) -> Array:
+        against = -self._state[DISTURBANCE : DISTURBANCE + 3]
+        against[2] = min(self._gains.law.vertical_max_m_s2, max(-self._gains.law.vertical_max_m_s2, against[2]))
+        return against
 
     def note(self, sent: Setpoint) -> None:
         """What the supervisor sent: the observer believes in that, not in the wish."""
         self._tracks, self._wished = self._wished, False
         told = self._gain_1_s * (sent.velocity_ned_m_s - self._velocity)
-        if sent.acceleration_ned_m_s2 is not None:
-            told = told + sent.acceleration_ned_m_s2
+        forward = sent.fed_forward_ned_m_s2
+        if forward is not None:
+            told = told + forward
         shortened(told, self._state[APPLIED : APPLIED + 3], self._gains.law.acceleration_max_m_s2)

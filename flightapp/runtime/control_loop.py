@@ -304,7 +304,8 @@ class ControlLoop:
             return self._turned(self._way.setpoint(observation.own, observation.t_s, self._yaw_rad))
         planned = self._planned(observation) if self.guidance is Guidance.PLANNER else None
         if planned is None or self.held:
-            return self._hover.setpoint(observation.own, self._yaw_rad)
+            standing = self._hover.setpoint(observation.own, self._yaw_rad)
+            return standing if self._rooms.tracker is None else self._rooms.tracker.steady(standing)
         self._hover.restart()
         if self._rooms.tracker is not None:
             planned = self._rooms.tracker.wish(planned)

@@ -12,9 +12,9 @@ import signal
 import socket
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NoReturn, TextIO
+from typing import Literal, NoReturn, TextIO
 
 from flightapp.config.mission import Mission, load_mission
 from flightapp.config.profile import VehicleLimits, load_profile
@@ -31,6 +31,8 @@ from flightapp.sim.mission_wind import wind_of
 from flightapp.sim.multirotor import Multirotor, MultirotorLimits, Vector, Wind
 
 _DATUM = GeodeticPoint(47.3977, 8.5456, 488.0)
+PX4_GAIN_1_S, PX4_INTEGRAL_1_S2 = 1.8, 0.4
+"""PX4's defaults of MPC_XY_VEL_P_ACC and MPC_XY_VEL_I_ACC."""
 _RESERVE = 1.3
 """How far the frame's abilities lie above the limits in the profile."""
 _EXAMPLE = """examples:
@@ -111,6 +113,7 @@ def setup_from(arguments: argparse.Namespace) -> Setup:
     else:
         mission = load_mission(arguments.mission)
         system_id, datum, origin, start, wind = _from_mission(mission, arguments.vehicle, arguments.mission, arguments.seed)
+        limits = with_velocity_loop(limits, mission.simulation.velocity_loop)
         faults = mission.simulation.faults.get(arguments.vehicle)
         if faults is not None and arguments.scenario is None:
             script = load_fault_script(arguments.mission.parent / faults)
@@ -155,6 +158,11 @@ def _from_mission(
         (start.north_m, start.east_m, -start.ground_height_m, math.radians(start.heading_deg)),
         wind_of(simulation, seed),
     )
+
+
+def with_velocity_loop(limits: MultirotorLimits, loop: Literal["reference", "px4"]) -> MultirotorLimits:
+    """`limits` with the velocity loop that the mission asks for."""
+    return limits if loop == "reference" else replace(limits, velocity_gain_1_s=PX4_GAIN_1_S, integral_1_s2=PX4_INTEGRAL_1_S2)
 
 
 def frame_limits(own: VehicleLimits) -> MultirotorLimits:

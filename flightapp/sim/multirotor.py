@@ -42,6 +42,8 @@ class MultirotorLimits:
     """Deceleration per air speed."""
     disturbance_estimate_s: float = 0.8
     """Time constant with which the velocity loop takes out a disturbance."""
+    integral_1_s2: float | None = None
+    """Instead, as PX4 does, by the integral of its velocity error with this gain (MPC_XY_VEL_I_ACC): much slower."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +169,7 @@ class Multirotor:
     def _follow(self, dt_s: float, command: Command, error: Vector, drag: Vector) -> None:
         limits, motors = self.limits, self.motors
         if not motors.held:
-            wanted = self._wanted_acceleration(command, error)
+            wanted = self._wanted_acceleration(dt_s, command, error)
             blend = dt_s / (limits.response_s + motors.lag_s + dt_s)
             current = self.acceleration_ned_m_s2
             change = tuple(blend * (w - c) for w, c in zip(wanted, current, strict=True))
@@ -180,6 +182,8 @@ class Multirotor:
                 current[2] + scale * change[2],
             )
         self._limit_thrust()
+        if limits.integral_1_s2 is not None:
+            return
         learn = dt_s / limits.disturbance_estimate_s
         estimate = self._disturbance_estimate
         self._disturbance_estimate = (
@@ -188,7 +192,7 @@ class Multirotor:
             estimate[2] + learn * (drag[2] - estimate[2]),
         )
 
-    def _wanted_acceleration(self, command: Command, error: Vector) -> Vector:
+    def _wanted_acceleration(self, dt_s: float, command: Command, error: Vector) -> Vector:
         limits, velocity, estimate = self.limits, self.velocity_ned_m_s, self._disturbance_estimate
         gain, feed_forward, bias = self._gain_1_s, command.acceleration_ned_m_s2, self.motors.bias_ned_m_s2
         down = command.velocity_down_m_s
@@ -205,6 +209,13 @@ class Multirotor:
         down_m_s2 = gain * (down - velocity[2] - error[2]) + feed_forward[2] - estimate[2]
         north_m_s2, east_m_s2, down_m_s2 = north_m_s2 + bias[0], east_m_s2 + bias[1], down_m_s2 + bias[2]
         size = math.sqrt(north_m_s2 * north_m_s2 + east_m_s2 * east_m_s2 + down_m_s2 * down_m_s2)
+        if limits.integral_1_s2 is not None and size <= limits.acceleration_max_m_s2 and command.velocity_ned_m_s is not None:
+            summed = limits.integral_1_s2 * dt_s
+            self._disturbance_estimate = (
+                estimate[0] - summed * (north - velocity[0] - error[0]),
+                estimate[1] - summed * (east - velocity[1] - error[1]),
+                estimate[2] - summed * (down - velocity[2] - error[2]),
+            )
         if size > limits.acceleration_max_m_s2:
             scale = limits.acceleration_max_m_s2 / size
             return (north_m_s2 * scale, east_m_s2 * scale, down_m_s2 * scale)

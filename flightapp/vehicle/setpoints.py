@@ -29,10 +29,11 @@ class Setpoints:
             raise ValueError(f"setpoint is not finite: velocity {(north, east, down)} m/s, yaw {setpoint.yaw_rad} rad")
         yaw_deg = math.degrees(setpoint.yaw_rad)
         velocity = VelocityNedYaw(north, east, down, yaw_deg)
-        if setpoint.acceleration_ned_m_s2 is None or not self._acceleration_feed_forward:
+        fed_forward = setpoint.fed_forward_ned_m_s2
+        if fed_forward is None or not self._acceleration_feed_forward:
             self._offboard.set_velocity_ned(velocity)
             return
-        forward = tuple(float(value) for value in setpoint.acceleration_ned_m_s2)
+        forward = tuple(float(value) for value in fed_forward)
         if not math.isfinite(sum(forward)):
             raise ValueError(f"setpoint is not finite: acceleration {forward} m/s2")
         unsaid = PositionNedYaw(math.nan, math.nan, math.nan, yaw_deg)

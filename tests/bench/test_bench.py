@@ -45,6 +45,7 @@ NAMES = [
     "supervisor, check with 40 discs",
     "recorder, six messages of a tick",
     "fleet state, encode and decode",
+    "controller, one step",
     "space, distances to 100 bodies and their force",
     "path, RRT*-APF, 5000 iterations, 17 bodies",
 ]
@@ -56,6 +57,7 @@ AIMS_MS = {
     PLAIN: 2.0,
     RICH: 2.0,
     "recorder, six messages of a tick": 0.2,
+    "controller, one step": 0.02,
     "space, distances to 100 bodies and their force": 0.02,
     "path, RRT*-APF, 5000 iterations, 17 bodies": 100.0,
 }

@@ -27,7 +27,7 @@ class AccelerationGuard:
     - The vertical speed by the same two rules, with `vertical_acceleration`.
     - Ceasing to accelerate is not limited: it would either carry the setpoint beyond the wish, or hold a wish back that itself
       grows step by step.
-    - An acceleration feed-forward beyond the same limits is dropped.
+    - An acceleration feed-forward beyond the same limits is dropped, with the compensation of the wind where the sum is beyond.
 
     A control period longer than 0.2 s counts as 0.2 s: a gap in the loop does not buy a jump. What the spatial guards and the
     height band ask for after this guard, and a standstill for want of an own state, may exceed these limits, as braking must.
@@ -50,7 +50,7 @@ class AccelerationGuard:
         if cut <= TOLERANCE_M_S and vertical_cut <= TOLERANCE_M_S:
             return self._with_feed_forward(setpoint, limits)
         reason = f"velocity changes too fast: {cut:.1f} m/s planar and {vertical_cut:.1f} m/s vertical put off"
-        return GuardVerdict(with_velocity(setpoint, north, east, down), reason)
+        return self._with_feed_forward(with_velocity(setpoint, north, east, down), limits, reason)
 
     def _motion(self, context: SafetyContext, dt: float) -> tuple[list[float], list[float]]:
         """The velocity to start from and the acceleration of the last step towards it, each (3,)."""
@@ -63,13 +63,15 @@ class AccelerationGuard:
             return old, [0.0, 0.0, 0.0]
         return old, [(now - before) / last[2] for now, before in zip(old, last[1], strict=True)]
 
-    def _with_feed_forward(self, setpoint: Setpoint, limits: Limits) -> GuardVerdict:
-        if setpoint.acceleration_ned_m_s2 is None:
-            return GuardVerdict(setpoint)
-        north, east, down = setpoint.acceleration_ned_m_s2.tolist()
+    def _with_feed_forward(self, setpoint: Setpoint, limits: Limits, reason: str = "") -> GuardVerdict:
+        """`reason`: why the velocity was changed."""
+        forward = setpoint.fed_forward_ned_m_s2
+        if forward is None:
+            return GuardVerdict(setpoint, reason)
+        north, east, down = forward.tolist()
         planar = math.hypot(north, east)
         if planar <= limits.acceleration_max_m_s2 + TOLERANCE_M_S2 and abs(down) <= self._vertical_m_s2 + TOLERANCE_M_S2:
-            return GuardVerdict(setpoint)
+            return GuardVerdict(setpoint, reason)
         reason = f"acceleration of {planar:.1f} m/s2 planar and {abs(down):.1f} m/s2 vertical fed forward: dropped"
         return GuardVerdict(Setpoint(np.array(setpoint.velocity_ned_m_s), setpoint.yaw_rad), reason)
 

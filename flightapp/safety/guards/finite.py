@@ -6,7 +6,7 @@ import math
 
 from flightapp.core.types import Setpoint
 from flightapp.safety.api import GuardVerdict, SafetyContext
-from flightapp.safety.guards.setpoints import standstill, with_velocity
+from flightapp.safety.guards.setpoints import standstill
 from flightapp.safety.usable import FAR_M
 
 
@@ -28,7 +28,8 @@ class FiniteGuard:
         velocity = setpoint.velocity_ned_m_s.tolist()
         if not all(map(math.isfinite, velocity)) or not math.isfinite(setpoint.yaw_rad):
             return GuardVerdict(standstill(context), "planner gave a setpoint that is not finite")
-        acceleration = setpoint.acceleration_ned_m_s2
-        if acceleration is not None and not all(map(math.isfinite, acceleration.tolist())):
-            return GuardVerdict(with_velocity(setpoint, *velocity), "planner gave an acceleration that is not finite")
+        forward = setpoint.fed_forward_ned_m_s2
+        if forward is not None and not all(map(math.isfinite, forward.tolist())):
+            bare = Setpoint(setpoint.velocity_ned_m_s, setpoint.yaw_rad)
+            return GuardVerdict(bare, "planner gave an acceleration that is not finite")
         return GuardVerdict(setpoint)

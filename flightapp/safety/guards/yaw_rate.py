@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from flightapp.core.angles import wrap_pi
 from flightapp.core.types import Setpoint
@@ -39,7 +40,7 @@ class YawRateGuard:
         if abs(turn - wanted) <= TOLERANCE_RAD:
             return GuardVerdict(setpoint)
         reason = f"turn of {math.degrees(wanted):.0f} deg wanted, {math.degrees(turn):.1f} deg fit into this period"
-        return GuardVerdict(Setpoint(setpoint.velocity_ned_m_s, wrap_pi(old + turn), setpoint.acceleration_ned_m_s2), reason)
+        return GuardVerdict(replace(setpoint, yaw_rad=wrap_pi(old + turn)), reason)
 
     def _rate(self, old: float, context: SafetyContext, dt: float) -> float:
         """Rate of the last step towards the yaw sent last; zero after a pause."""

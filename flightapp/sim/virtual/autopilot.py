@@ -189,16 +189,14 @@ class VirtualAutopilot:
             raise ValueError(f"setpoint is not finite: velocity {(north, east, down)} m/s, yaw {setpoint.yaw_rad} rad")
         now_s = self._clock.now_s()
         self.sent.append((now_s, setpoint))
-        place, mask, forward = 0.0, VELOCITY_AND_YAW, (0.0, 0.0, 0.0)
-        if setpoint.acceleration_ned_m_s2 is not None:
-            place, mask, forward = (
-                math.nan,
-                POSITION_VELOCITY_ACCELERATION_AND_YAW,
-                tuple(map(float, setpoint.acceleration_ned_m_s2)),
-            )
+        fed_forward = setpoint.fed_forward_ned_m_s2
+        place, mask = 0.0, VELOCITY_AND_YAW
+        pushes = [0.0, 0.0, 0.0]
+        if fed_forward is not None:
+            place, mask, pushes = math.nan, POSITION_VELOCITY_ACCELERATION_AND_YAW, fed_forward.tolist()
         message = mavlink.MAVLink_set_position_target_local_ned_message(
             *(0, self._system_id, 1, mavlink.MAV_FRAME_LOCAL_NED, mask),
-            *(place, place, place, north, east, down, *forward, setpoint.yaw_rad, 0),
+            *(place, place, place, north, east, down, *pushes, setpoint.yaw_rad, 0),
         )
         self._setpoint, self._setpoint_s = message.pack(self._packer), now_s
         self._transmit_setpoint(self._setpoint)

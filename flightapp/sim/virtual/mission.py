@@ -39,7 +39,7 @@ from flightapp.sim.autopilot_parameters import Value
 from flightapp.sim.fault_script import FaultScript
 from flightapp.sim.mavlink_dialect import mavlink
 from flightapp.sim.mission_wind import wind_of
-from flightapp.sim.mock_autopilot import Setup, frame_limits, make_station
+from flightapp.sim.mock_autopilot import Setup, frame_limits, make_station, with_velocity_loop
 from flightapp.sim.virtual.autopilot import VirtualAutopilot
 from flightapp.sim.virtual.camera import VirtualCamera
 from flightapp.sim.virtual.event_loop import VirtualClock, VirtualEventLoop
@@ -230,7 +230,7 @@ class _Builder:
             frames=Frames(datum, displaced_origin(datum, simulation.origin_offset_m, index)),
             position_ned_m=(start.north_m, start.east_m, -start.ground_height_m),
             heading_rad=math.radians(start.heading_deg),
-            limits=frame_limits(profile.limits),
+            limits=with_velocity_loop(frame_limits(profile.limits), simulation.velocity_loop),
             wind=wind_of(simulation, self.seed),
             script=script,
             parameters=dict(PARAMETERS),
