@@ -738,40 +738,6 @@ def control_study(
     all_settings: Annotated[
         bool, typer.Option("--all-settings", help="All five rows of table 1; else 17 obstacles and steps of 2 m.")
     ] = False,
-    workers: WorkerCount = None,
-    as_json: Json = False,
-    output: Annotated[Path | None, typer.Option("--out", help="New folder; default campaigns/TIME-control.")] = None,
-) -> None:
-    """Fly a formation of five through obstacles in wind, with every controller and its printed and re-derived gains.
-
-    On the source's ideal double integrator at 1 kHz, and at 50 Hz with the lag and delay of a vehicle under PX4. Writes
-    tables.md, control.json and control.png: tables 1 and 2 and figures 6 to 18 of the source beside ours.
-
-    Exit status: 0 the acceptance is met, 1 it is not, 2 bad input, 3 fault, 130 stopped by a person.
-
-    Example: flightapp campaign control --seeds 0-99
-    """
-    from flightapp.analysis.campaign.seeds import parse_seeds
-    from flightapp.analysis.campaign.workers import Workers
-    from flightapp.sim.control_study.campaign import ControlStudy, run_control_study, study_settings
-    from flightapp.sim.control_study.terminal import print_control_study
-
-    study = ControlStudy(parse_seeds(seeds), study_settings(way, not all_settings))
-    finished = run_control_study(study, Workers(workers), output)
-    if as_json:
-        print(json.dumps(finished.summary, indent=2))
-    else:
-        print_control_study(finished)
-    raise typer.Exit((0 if finished.acceptance.accepted else 1) if finished.complete else INTERRUPTED)
-
-
-@campaign_app.command("control")
-def control_study(
-    seeds: Annotated[str, typer.Option("--seeds", help="17, 0-99 or 3,5,20-29: a scene, its wind and its path each.")] = "0-99",
-    way: Annotated[str, typer.Option("--way", help="level, descent or climb: start and goal of figures 13, 14 or 15.")] = "level",
-    all_settings: Annotated[
-        bool, typer.Option("--all-settings", help="All five rows of table 1; else 17 obstacles and steps of 2 m.")
-    ] = False,
     method: Annotated[list[str] | None, typer.Option("--method", help='As "hybrid tuned"; repeatable, default all.')] = None,
     workers: WorkerCount = None,
     as_json: Json = False,
