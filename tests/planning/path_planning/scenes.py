@@ -16,11 +16,10 @@ GAP_M = 2.25
 LIMITS = FlightLimits(speed_max_m_s=10.0, climb_rate_max_m_s=5.0, acceleration_max_m_s2=6.0)
 
 
-def scene_problem(seed: int, way: str = "level", shuffled: bool = False) -> Problem:
-    """The paper's scene `seed`; shuffled: the same bodies in another order."""
+def scene_problem(seed: int, way: str = "level") -> Problem:
+    """The paper's scene `seed`."""
     scene = random_scene(seed, way)
-    shapes = scene.shapes[::-1] if shuffled else scene.shapes
-    return Problem(World.of(shapes), scene.start_ned_m, scene.goal_ned_m, scene.low_ned_m, scene.high_ned_m, GAP_M, GAP_M)
+    return Problem(World.of(scene.shapes), scene.start_ned_m, scene.goal_ned_m, scene.low_ned_m, scene.high_ned_m, GAP_M, GAP_M)
 
 
 def room(

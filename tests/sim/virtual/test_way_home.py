@@ -11,8 +11,10 @@ import pytest
 from flightapp.config.mission import load_mission
 from flightapp.core.errors import InputError
 from flightapp.recording.reader import read_recording
+from flightapp.runtime.control_loop import Guidance
 from flightapp.runtime.outcome import Outcome
 from flightapp.runtime.way_home import shape_of
+from flightapp.sim.autopilot_modes import Mode
 from flightapp.sim.virtual.fleet import VirtualFleet
 from flightapp.sim.virtual.mission import fly_virtual
 from flightapp.space.world import World
@@ -57,6 +59,24 @@ def test_it_flies_home_around_a_block_and_lands_at_its_start(tmp_path: Path) -> 
     assert "way home of" in texts[0]
     modes = read_recording(tmp_path / "run" / "e1.mcap").topic("/status").texts("flight_mode")
     assert "RETURN_TO_LAUNCH" not in modes
+
+
+def test_a_pilot_who_takes_over_on_the_way_home_has_the_vehicle(tmp_path: Path) -> None:
+    taken_s: list[float] = []
+
+    def take(fleet: VirtualFleet) -> None:
+        one = fleet.vehicles["e1"]
+        if not taken_s and one.loop.guidance is Guidance.WAY:
+            one.station.core.pilot_takes(Mode.POSCTL)
+            taken_s.append(fleet.clock.now_s())
+        elif taken_s and fleet.clock.now_s() > taken_s[0] + 3.0:
+            fleet.stop()
+
+    one = fly_virtual(MISSION, SIM, tmp_path, seed=1, watch=take).vehicles["e1"]
+    assert one.station.core.piloted
+    assert one.loop.phase == "released"
+    assert one.autopilot.sent[-1][0] < taken_s[0] + 1.2  # a heartbeat tells of it within a second
+    assert [what for t_s, what in one.autopilot.commanded if t_s > taken_s[0]] == []
 
 
 def test_where_everything_is_blocked_it_lands_where_it_is(tmp_path: Path) -> None:
