@@ -9,7 +9,7 @@ import numpy as np
 
 from flightapp.planning.path_planning.api import Budget, Path, PathPlanner, Problem
 from flightapp.planning.path_planning.ends import put_right
-from flightapp.planning.path_planning.smoothing import rounded, shortened
+from flightapp.planning.path_planning.smoothing import SAMPLE_M, rounded, sampled, shortened
 from flightapp.planning.path_planning.trajectory import FlightLimits, Trajectory, timed
 from flightapp.space.bodies import V_DOWN, V_NORTH
 
@@ -79,7 +79,10 @@ def _attempt(problem: Problem, planner: PathPlanner, budget: Budget, seed: int, 
             share * limits.speed_max_m_s, share * limits.climb_rate_max_m_s, share * share * limits.acceleration_max_m_s2
         )
         for places, sigma in smooth:
-            whole = np.vstack((problem.start_ned_m, places)) if moved[0] else places
+            whole = places
+            if moved[0]:
+                out = np.stack((problem.start_ned_m, places[0]))
+                whole = np.vstack((sampled(out, SAMPLE_M)[:-1], places))
             trajectory = timed(whole, slower, speed)
             if moving_gap_m(problem, trajectory) >= problem.moving_gap_m:
                 return Flight(path, trajectory, gap, "", *moved, sigma, share)

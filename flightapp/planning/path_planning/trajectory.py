@@ -77,7 +77,7 @@ class Trajectory:
 
 
 def timed(places: Array, limits: FlightLimits, speed_m_s: float = 0.0) -> Trajectory:
-    """The time law of the places (n, 3) of a smooth way, from `speed_m_s` along it to rest.
+    """The time law of the places (n, 3) of a smooth way, which must lie close to each other, from `speed_m_s` to rest.
 
     As fast as speed, climb rate and the curve allow: v <= sqrt(a/kappa) with half of the acceleration limit; then forwards and
     backwards with the same limit along the way.
