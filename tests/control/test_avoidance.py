@@ -35,7 +35,7 @@ def test_what_is_left_behind_does_not_push_and_what_is_approached_does() -> None
     assert push[0] < slow[0] <= 0.0, "the faster it closes in, the harder the push"
 
 
-@settings(max_examples=60)
+@settings(max_examples=60, deadline=None)
 @given(st.floats(-5.0, 40.0), st.floats(-15.0, 40.0), st.floats(0.0, 12.0), st.floats(-math.pi, math.pi), st.floats(0.005, 0.1))
 def test_the_manoeuvre_never_leads_towards_the_nearest_body(
     north: float, east: float, speed: float, course: float, dt_s: float

@@ -14,7 +14,7 @@ FLAT = GAINS.as_array()
 PLACE = st.tuples(*[st.floats(-6.0, 6.0)] * 3)
 
 
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 @given(st.lists(st.tuples(st.floats(0.0, 12.0), st.floats(0.0, 0.5)), min_size=1, max_size=40), st.floats(1.0, 10.0))
 def test_the_gain_stays_within_its_bounds_and_returns_once_spacing_is_safe(
     spells: list[tuple[float, float]], gain: float
@@ -31,7 +31,7 @@ def test_the_gain_grows_where_a_neighbour_is_too_near() -> None:
     assert adapted_gain(FLAT, 1.0, 4.0, 0.1) > 1.0
 
 
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 @given(st.lists(PLACE, min_size=2, max_size=2), st.tuples(st.floats(1.0, 10.0), st.floats(1.0, 10.0)))
 def test_two_push_each_other_equally_and_apart(places: list[tuple[float, float, float]], gains: tuple[float, float]) -> None:
     positions, push, other = np.array(places), np.zeros(3), np.zeros(3)

@@ -19,7 +19,7 @@ DIRECTION = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: math.hypot(*
 NUMBER = st.sampled_from([0.0, 1.0, -2.5, 40.0, -1e9, 1e200, math.nan, math.inf, -math.inf])
 
 
-@settings(max_examples=8)
+@settings(max_examples=6, deadline=None)
 @given(
     DIRECTION,
     st.floats(2.0, 50.0),
@@ -56,7 +56,7 @@ def test_the_observer_winds_up_where_it_is_fed_with_the_raw_command() -> None:
     assert fly_step(unbounded, start, push, 0.1, 0.02, 15.0, fed_raw=True).excess_m_s2 > 2.0
 
 
-@settings(max_examples=60)
+@settings(max_examples=60, deadline=None)
 @given(st.tuples(*[NUMBER] * 3), st.tuples(*[NUMBER] * 9), st.tuples(*[NUMBER] * 3))
 def test_every_command_is_finite_and_limited(
     seen: tuple[float, ...], reference: tuple[float, ...], avoidance: tuple[float, ...]
@@ -70,6 +70,7 @@ def test_every_command_is_finite_and_limited(
         assert (state[APPLIED : APPLIED + 3] == command).all(), "the observer is told what was commanded"
 
 
+@settings(deadline=None)
 @given(st.tuples(*[st.floats(-6.0, 6.0)] * 3), st.tuples(*[st.floats(-50.0, 50.0)] * 3))
 def test_tracking_never_takes_from_avoidance(first: tuple[float, ...], second: tuple[float, ...]) -> None:
     out, limit = np.zeros(3), 6.0

@@ -25,7 +25,7 @@ def falling(dt_s: float, push: Array, seconds: float, gains: Gains) -> tuple[Arr
     return state, push * round(seconds / dt_s) * dt_s
 
 
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 @given(st.floats(0.005, 0.1), st.tuples(*[st.floats(-1.5, 1.5)] * 3), st.booleans())
 def test_a_constant_disturbance_is_found_within_twelve_time_constants(
     dt_s: float, push: tuple[float, float, float], by_velocity: bool
@@ -53,7 +53,7 @@ def test_all_poles_of_the_error_lie_at_one_place(dt_s: float) -> None:
     assert characteristic == pytest.approx(np.poly([q, q, q]), abs=1e-9)
 
 
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 @given(
     st.lists(
         st.tuples(
