@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from flightapp.core.clearance import way_gap_m
 from flightapp.core.types import Array, Limits
-from flightapp.planning.guidance.tree import Tree
+from flightapp.planning.guidance.tree import Tree, is_barred
 from flightapp.planning.meeting import rest_turn_s
 from flightapp.planning.plane import Point
 
@@ -20,6 +21,7 @@ RISK_RATIO = 1.5
 """Length of the risk zone over that of the danger zone."""
 NODES = 200
 CANDIDATES = 20
+DIRECTIONS = 16
 ASTERN_SHARE = 0.7
 """What a way behind the obstacle counts, of its time."""
 
@@ -88,7 +90,7 @@ def refuge_m(
 ) -> list[Point]:
     """Way to a place out of the capsule that is reached before the obstacle sweeps any of it; empty where none was found.
 
-    Of the first that a tree between the `standing` discs (m, >=3) reaches, the soonest, rather astern than ahead.
+    Of the first that straight ways and a tree between the `standing` discs (m, >=3) reach, the soonest, rather astern than ahead.
     """
     reach = 2.0 * obstacle.radius_m + 0.5 * length_m
     box = place_m[0] - reach, place_m[1] - reach, place_m[0] + reach, place_m[1] + reach
@@ -96,11 +98,10 @@ def refuge_m(
     tree.grow(standing, 2 * NODES)
     best: tuple[float, list[Point]] | None = None
     tried = 0
-    for row in range(1, tree.count):
-        node = float(tree.nodes[row, 0]), float(tree.nodes[row, 1])
+    for way in (*_straight_ways(place_m, obstacle, standing), *(tree.way_to(row) for row in range(1, tree.count))):
+        node = way[-1]
         if is_in_zone(node, obstacle, RISK_RATIO * length_m):
             continue
-        way = tree.way_to(row)
         time_s = _unswept_s(way, course_rad, obstacle, limits)
         if time_s is None:
             continue
@@ -112,6 +113,16 @@ def refuge_m(
         if tried == CANDIDATES:
             break
     return [] if best is None else best[1]
+
+
+def _straight_ways(place_m: Point, obstacle: Obstacle, standing: Array) -> Iterator[list[Point]]:
+    """Straight out of the track: a tree has few edges at its root, and may miss the only direction that is quick enough."""
+    for k in range(DIRECTIONS):
+        bearing = 2.0 * math.pi * k / DIRECTIONS
+        for reach in (1.2 * obstacle.radius_m, 2.2 * obstacle.radius_m):
+            node = place_m[0] + reach * math.cos(bearing), place_m[1] + reach * math.sin(bearing)
+            if not is_barred(standing, *place_m, *node):
+                yield [place_m, node]
 
 
 def _unswept_s(way: list[Point], course_rad: float, obstacle: Obstacle, limits: Limits) -> float | None:

@@ -1,4 +1,7 @@
-"""The points of a way at which it must turn (CPPPEA 2.7: a greedy walk by sight, not the shortest)."""
+"""The points of a way at which it must turn: a greedy walk by sight, not the shortest (CPPPEA 2.7).
+
+The walk is repeated, because over what one has kept the next may see further.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,13 @@ def key_points(way: Sequence[Point], discs: Array) -> list[Point]:
 
     ValueError where `way` itself meets one of `discs` (m, >=3).
     """
+    points = _walked(way, discs)
+    while len(shorter := _walked([way[0], *points], discs)) < len(points):
+        points = shorter
+    return points
+
+
+def _walked(way: Sequence[Point], discs: Array) -> list[Point]:
     kept: list[Point] = []
     anchor, i = 0, 1
     while i < len(way):

@@ -62,6 +62,9 @@ class HuntingParameters(StrategyParameters):
     """Obstacles beyond are ignored by the window; unset: what matters within the horizon."""
     braking_share: float = Field(default=0.8, gt=0, le=1)
     """Share of the acceleration limit that braking may assume."""
+    lagging_margin: float = Field(default=0.2, ge=0, le=1)
+    """A vehicle that follows its commands with a lag keeps more distance, by this share of what it flies during the lag: it cuts
+    corners."""
     leave_first_m: float = Field(default=0.1, ge=0)
     """Deeper than this inside the margin of an obstacle, leaving it comes before everything."""
 

@@ -162,7 +162,7 @@ class HuntingPlanner:
 
     def _fly(self, view: View, intent: Intent) -> tuple[Point, float]:
         """Velocity (m/s) and yaw of this control period."""
-        if view.depth_m > self._parameters.leave_first_m:
+        if view.depth_m > self._parameters.leave_first_m + self._sight.lag_m:
             return self._leave(view)
         motion, state = self._motion[0], self._state[0]
         motion["period_s"] = self._period_s

@@ -58,6 +58,8 @@ class Sight:
 
     def __init__(self, parameters: HuntingParameters, limits: Limits, range_m: float, apart_m: float, keep_out_m: float) -> None:
         """apart_m: between the centres of teammates; keep_out_m: from the target's centre, 0 where contact is wanted."""
+        self.lag_m = parameters.lagging_margin * parameters.response_lag_s * limits.speed_max_m_s
+        """Kept from obstacles on top of the safety margin."""
         given = Ac2fParameters(
             capture=parameters.capture,
             control_period_s=parameters.control_period_s,
@@ -67,7 +69,7 @@ class Sight:
             target_stale_s=parameters.target_stale_s,
             target_lost_s=parameters.target_lost_s,
             obstacle_range_m=range_m,
-            rejection_radius_m=0.0,
+            rejection_radius_m=limits.body_radius_m + limits.safety_margin_m + self.lag_m,
             disc_memory_s=parameters.disc_memory_s,
             vehicle_radius_max_m=parameters.vehicle_radius_max_m,
             team_separation_m=apart_m,
