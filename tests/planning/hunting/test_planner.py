@@ -106,11 +106,17 @@ def test_inside_an_obstacle_it_leaves_outwards_slowly_before_anything_else() -> 
 def test_the_leaders_plan_is_obeyed_and_without_one_the_same_is_planned_alone() -> None:
     there = Rendezvous(20.0, 40.0, math.pi, 3.0, 3, 1, closing=False)
     told = hunter().step(
-        seen((0.0, 0.0), (80.0, 40.0), ((0.0, 9.0), (0.0, 30.0)), target_m_s=(-2.0, 0.0), assignment=Assignment(0.0, 9.0, there))
+        seen(
+            (0.0, 0.0),
+            (80.0, 40.0),
+            ((0.0, 9.0), (0.0, 30.0)),
+            target_m_s=(-2.0, 0.0),
+            assignment=Assignment(0.5 * math.pi, 9.0, there),
+        )
     )
     assert told.diagnostics["plan"] == "leader"
     assert told.goal_ned_m is not None
-    assert told.goal_ned_m[:2].tolist() == [23.0, 40.0]
+    assert told.goal_ned_m[:2].tolist() == pytest.approx([20.0, 43.0])
     alone = hunter().step(seen((0.0, 0.0), (80.0, 40.0), ((0.0, 9.0), (0.0, 30.0))))
     assert alone.diagnostics["plan"] == "alone"
 
