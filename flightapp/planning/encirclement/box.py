@@ -63,7 +63,7 @@ class Box:
                 return extent
             self.since_s, self._at_first, self._shrunk_m, self._outside_s = t_s, extent, 0.0, 0.0
         elif evader_age_s <= parameters.target_stale_s:
-            self._shrunk_m += self._speed_max_m_s * period_s
+            self._shrunk_m += parameters.shrink_share * self._speed_max_m_s * period_s
         if parameters.shrink == "eq8":
             return extent
         if parameters.shrink == "reopen":

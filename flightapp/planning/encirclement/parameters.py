@@ -60,6 +60,8 @@ class EncirclementParameters(StrategyParameters):
     shrink: Literal["latch", "reopen", "eq8"] = "latch"
     """Once encircled: `latch` shrinks to the end; `reopen` returns to the pursuers' extent where the evader has left their hull
     for `reopen_after_s`; `eq8` never shrinks by itself."""
+    shrink_share: float = Field(default=1.0, gt=0, le=1)
+    """The box shrinks by this share of what a pursuer flies; at 1, the paper's, faster than they follow an evader that flees."""
     reopen_after_s: float = Field(default=1.0, ge=0)
     box_half_min_m: float | None = Field(default=None, gt=0)
     """Smallest half size of the box; without it, from the capture rule and the number of pursuers."""

@@ -140,6 +140,17 @@ def test_the_box_is_latched_by_what_a_teammate_says_and_then_only_shrinks() -> N
     assert np.diff(sizes[12:]) == pytest.approx(-0.1, abs=1e-9)
 
 
+def test_the_box_shrinks_by_a_share_of_what_a_pursuer_flies_where_asked() -> None:
+    def after(**parameters: object) -> float:
+        planner = pursuer(**parameters)
+        ring = [(0.0, 5.0), (-5.0, -5.0)]
+        for tick in range(11):
+            decision = planner.step(observation((5.0, 0.0), ring, (0.0, 0.0), t_s=0.1 * tick))
+        return float(decision.diagnostics["box_half_m"][0])
+
+    assert (after(), after(shrink_share=0.5)) == pytest.approx((4.0, 4.5))
+
+
 @pytest.mark.parametrize("shrink", ["latch", "reopen", "eq8"])
 def test_after_an_escape_the_box_reopens_only_where_asked(shrink: str) -> None:
     planner = pursuer(shrink=shrink)
