@@ -33,6 +33,7 @@ class SharedState:
     guards: tuple[str, ...]
     system_id: int
     goal_ned_m: tuple[float, float, float] | None
+    battery_fraction: float | None = None
     due_s: float = 0.0
     """When the next state is due at the latest, from `sent_s`; 0: not told."""
 
@@ -60,5 +61,6 @@ def join(header: Header, state: State, intent: Intent) -> SharedState:
         guards=intent.guards,
         system_id=intent.system_id,
         goal_ned_m=intent.goal_ned_m,
+        battery_fraction=intent.battery_fraction,
         due_s=state.due_s,
     )

@@ -140,6 +140,7 @@ class Teamwork:
         rooms = self._rooms
         ages = [now_s - peer.state.t_s for peer in rooms.team.peers.values() if peer.state is not None]
         eta_s = None if decision is None else decision.diagnostics.get("eta_s")
+        battery = rooms.autopilot.battery()
         goal = None if decision is None else decision.goal_ned_m
         motion = State(
             t_s=state.t_s,
@@ -161,6 +162,7 @@ class Teamwork:
             clearance_m=clearance_m,
             link_age_s=max(ages) if ages else None,
             guards=guards,
+            battery_fraction=None if battery is None else battery.remaining_fraction,
         )
         return motion, intent
 

@@ -66,6 +66,9 @@ def _of_flight(row: Row, thresholds: Thresholds) -> list[Alarm]:
         alarms.append(Alarm(Level.ALARM, row.name, f"{row.name} {ENDING[state.phase]} before the pursuit has ended"))
     if state.airborne and state.clearance_m is not None and state.clearance_m < thresholds.clearance_min_m:
         alarms.append(Alarm(Level.ALARM, row.name, f"{row.name} is {state.clearance_m:.1f} m from an obstacle"))
+    if (left := state.battery_fraction) is not None and left <= thresholds.battery_reserve_fraction:
+        level = Level.ALARM if left <= thresholds.battery_critical_fraction else Level.WARNING
+        alarms.append(Alarm(level, row.name, f"{row.name} has {left:.0%} of its battery left"))
     for guard, acting_s in row.guards:
         if acting_s >= thresholds.guard_long_s and guard not in SHAPING:
             alarms.append(Alarm(Level.WARNING, row.name, f"{row.name}: guard {guard} has acted for {acting_s:.0f} s"))

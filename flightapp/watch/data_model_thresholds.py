@@ -15,6 +15,8 @@ class Thresholds:
     late_age_s: float = LOST_AGE_S / 2.0
     lost_age_s: float = LOST_AGE_S
     clearance_min_m: float = 0.5
+    battery_reserve_fraction: float = 0.2
+    battery_critical_fraction: float = 0.1
     guard_long_s: float = 3.0
     clock_ahead_max_s: float = 1.0
     """A machine whose clock is further off was not synchronised."""
@@ -25,4 +27,11 @@ def thresholds_of(profile: Profile | None) -> Thresholds:
     if profile is None:
         return Thresholds()
     lost_s = lost_age_s(profile.network.state_rate_hz)
-    return Thresholds(lost_s / 2.0, lost_s, profile.limits.safety_margin_m)
+    safety = profile.safety
+    return Thresholds(
+        lost_s / 2.0,
+        lost_s,
+        profile.limits.safety_margin_m,
+        safety.battery_reserve_fraction,
+        safety.battery_critical_fraction,
+    )

@@ -12,9 +12,9 @@ from flightapp.watch.data_model_rows import SHAPING, Link, Row
 from flightapp.watch.data_model_target import TELEMETRY
 from flightapp.watch.data_model_thresholds import Thresholds
 
-HEADINGS = ("name", "role", "phase", "mode", "h m", "m/s", "tgt m", "gap m", "link s", "clock", "guards")
+HEADINGS = ("name", "role", "phase", "mode", "h m", "m/s", "tgt m", "gap m", "bat %", "link s", "clock", "guards")
 LEADS = "*"
-WIDTHS = (8, 10, 10, 5, 5, 6, 6, 10, 8, 24)
+WIDTHS = (8, 10, 10, 5, 5, 6, 6, 6, 10, 8, 24)
 """Of all columns but the names', with a space; fixed, so that nothing jumps. Without guards they fit a terminal of 80."""
 MODE_LENGTH = WIDTHS[2] - 1
 """Outcomes are no longer than that."""
@@ -43,7 +43,7 @@ def cells_of(row: Row, thresholds: Thresholds) -> tuple[Cell, ...]:
     link = _link(row)
     state = row.state
     if state is None:
-        return (name, Cell(row.role), link, *(Cell(UNKNOWN, Look.FAINT),) * 7, Cell(""))
+        return (name, Cell(row.role), link, *(Cell(UNKNOWN, Look.FAINT),) * 8, Cell(""))
     stale = Look.FAINT if row.link in (Link.LOST, Link.OVER) else Look.PLAIN
     close = state.clearance_m is not None and state.airborne and state.clearance_m < thresholds.clearance_min_m
     clearance = Cell(_number(state.clearance_m, 1) + ("!" if close else ""), Look.BAD if close else stale)
@@ -56,6 +56,7 @@ def cells_of(row: Row, thresholds: Thresholds) -> tuple[Cell, ...]:
         Cell(_number(row.speed_m_s, 1), stale),
         Cell(_number(state.target_distance_m, 1), stale),
         clearance,
+        _battery(state, thresholds, stale),
         link,
         _clock(row, thresholds),
         _guards(row),
@@ -90,6 +91,16 @@ def _mode(state: SharedState) -> str:
     if state.outcome is not None:
         return state.outcome
     return UNKNOWN if state.mode == state.phase else state.mode[:MODE_LENGTH]
+
+
+def _battery(state: SharedState, thresholds: Thresholds, usual: Look) -> Cell:
+    left = state.battery_fraction
+    if left is None:
+        return Cell(UNKNOWN, Look.FAINT)
+    if left > thresholds.battery_reserve_fraction:
+        return Cell(f"{left:.0%}"[:-1], usual)
+    is_critical = left <= thresholds.battery_critical_fraction
+    return Cell(f"{left:.0%}"[:-1] + "!", Look.BAD if is_critical else Look.WARNING)
 
 
 def _guards(row: Row) -> Cell:

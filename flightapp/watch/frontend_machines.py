@@ -77,6 +77,7 @@ def _vehicle(row: Row) -> dict[str, Any]:
         "speed_m_s": _rounded(row.speed_m_s),
         "target_distance_m": state.target_distance_m,
         "clearance_m": state.clearance_m,
+        "battery_fraction": state.battery_fraction,
         "hears_others_age_s": state.link_age_s,
         "goal_ned_m": state.goal_ned_m,
         "mission": state.mission,

@@ -22,7 +22,7 @@ from flightapp.watch.data_model_leader import leadership_of
 from flightapp.watch.data_model_rows import Link
 from flightapp.watch.data_model_target import boundary_distance_m, boundary_time_s
 from flightapp.watch.data_model_thresholds import Thresholds, thresholds_of
-from flightapp.watch.frontend_cells import cells_of, leader_text, target_text
+from flightapp.watch.frontend_cells import HEADINGS, cells_of, leader_text, target_text
 from flightapp.watch.frontend_machines import as_json_line, as_text
 from tests.watch.scenes import DIGEST, MISSION, MISSION_FILE, NOW_S, ROLES, everybody, heard, state
 
@@ -116,7 +116,7 @@ def test_the_older_a_message_the_worse_the_link_and_a_word_says_it(age_s: float)
     limits = [LIMITS.late_age_s, LIMITS.lost_age_s]
     assert row.age_s is not None
     assert row.link is order[sum(row.age_s > limit for limit in limits)]
-    text = cells_of(row, LIMITS)[8].text
+    text = cells_of(row, LIMITS)[HEADINGS.index("link s")].text
     assert row.link is Link.FRESH or text.endswith(row.link.value)
 
 
@@ -237,3 +237,14 @@ def test_only_the_same_order_twice_in_time_and_with_nothing_between_is_ever_sent
         assert confirmation.press(order, now_s) is expected
         open_order = None if expected else (order, now_s)
         assert confirmation.asked(now_s) == (None if expected else order)
+
+
+@pytest.mark.parametrize(
+    ("left", "shown", "level"),
+    [(None, "-", None), (0.87, "87", None), (0.2, "20!", Level.WARNING), (0.08, "8!", Level.ALARM)],
+)
+def test_what_is_left_of_a_battery_is_shown_and_too_little_is_said(left: float | None, shown: str, level: Level | None) -> None:
+    overview = look(heard(*everybody(battery_fraction=left)))
+    assert cells_of(overview.rows[0], LIMITS)[HEADINGS.index("bat %")].text == shown
+    said = {alarm.level for alarm in overview.alarms if "battery left" in alarm.text}
+    assert said == ({level} if level else set())

@@ -41,6 +41,8 @@ class Intent:
     link_age_s: float | None
     """Age of the oldest teammate state known to the sender."""
     guards: tuple[str, ...]
+    battery_fraction: float | None = None
+    """What is left, 0 to 1; None: not measured, or not told (version 2.0)."""
 
 
 class _Wire(msgspec.Struct, array_like=True, frozen=True):
@@ -54,6 +56,7 @@ class _Wire(msgspec.Struct, array_like=True, frozen=True):
     clearance_cm: Centimetres | None
     link_age_ms: Milliseconds | None
     guards: Annotated[tuple[Word, ...], msgspec.Meta(max_length=16)]
+    battery_percent: Annotated[int, msgspec.Meta(ge=0, le=100)] | None = None
 
 
 def _pack(intent: Intent, header: Header) -> _Wire:
@@ -68,6 +71,7 @@ def _pack(intent: Intent, header: Header) -> _Wire:
         None if intent.clearance_m is None else centimetres(intent.clearance_m),
         None if intent.link_age_s is None else round(intent.link_age_s * 1000.0),
         intent.guards,
+        None if intent.battery_fraction is None else round(min(max(intent.battery_fraction, 0.0), 1.0) * 100.0),
     )
 
 
@@ -83,6 +87,7 @@ def _unpack(wire: _Wire, header: Header) -> Intent:
         None if wire.clearance_cm is None else metres(wire.clearance_cm),
         None if wire.link_age_ms is None else wire.link_age_ms / 1000.0,
         wire.guards,
+        None if wire.battery_percent is None else wire.battery_percent / 100.0,
     )
 
 
