@@ -54,12 +54,12 @@ class Box:
     def half_sizes_m(
         self, t_s: float, period_s: float, team: Array, evader: Point, evader_age_s: float, hull_m: float, latched_by_mate: bool
     ) -> Point:
-        """Of this period; hull_m: the evader's distance to the pursuers' hull, negative inside."""
+        """Of this period; hull_m: the evader's distance to the pursuers' hull, negative inside; 0 is not encircled."""
         parameters = self._parameters
         least, _ = self.half_min_m(len(team), evader_age_s)
         extent = self._extent_m(team, evader, least)
         if self.since_s is None:
-            if hull_m > 0.0 and not (latched_by_mate and parameters.shrink == "latch"):
+            if hull_m >= 0.0 and not (latched_by_mate and parameters.shrink == "latch"):
                 return extent
             self.since_s, self._at_first, self._shrunk_m, self._outside_s = t_s, extent, 0.0, 0.0
         elif evader_age_s <= parameters.target_stale_s:
@@ -67,7 +67,7 @@ class Box:
         if parameters.shrink == "eq8":
             return extent
         if parameters.shrink == "reopen":
-            self._outside_s = self._outside_s + period_s if hull_m > 0.0 else 0.0
+            self._outside_s = self._outside_s + period_s if hull_m >= 0.0 else 0.0
             if self._outside_s > parameters.reopen_after_s:
                 self.since_s = None
                 return extent

@@ -18,12 +18,12 @@ class CaptureWatch:
         self._rule = rule
         self._since_s = math.nan
 
-    def captured(self, t_s: float, team: Array, distances_m: Array, evader: Point) -> bool:
-        """team (k, 2) with the own place first, and how far each is from the evader."""
+    def captured(self, t_s: float, team: Array, distances_m: Array, evader: Point, is_seen: bool) -> bool:
+        """team (k, 2) with the own place first, and how far each is from the evader. Where it is only guessed nobody captures."""
         rule = self._rule
         if rule.mode == "first":
-            return bool(distances_m.min() <= rule.radius_m)
+            return is_seen and bool(distances_m.min() <= rule.radius_m)
         bearings = np.arctan2(team[:, 1] - evader[1], team[:, 0] - evader[0])
-        holds = bool(distances_m.max() <= rule.zone_m) and encloses(bearings, rule.angular_gap_min_deg)
+        holds = is_seen and bool(distances_m.max() <= rule.zone_m) and encloses(bearings, rule.angular_gap_min_deg)
         self._since_s = dwell_since_s(self._since_s, t_s, holds)
         return bool(has_dwelt(self._since_s, t_s, rule.dwell_s))

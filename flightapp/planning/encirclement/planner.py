@@ -89,7 +89,8 @@ class EncirclementPlanner:
     def _pursue(self, situation: Situation, evader: Evader) -> Decision:
         hull_m = hull_distance_m(situation.team, *evader.place)
         distances = np.hypot(situation.team[:, 0] - evader.place[0], situation.team[:, 1] - evader.place[1])
-        captured = self._watch.captured(situation.t_s, situation.team, distances, evader.place)
+        is_seen = evader.age_s <= self._parameters.target_stale_s
+        captured = self._watch.captured(situation.t_s, situation.team, distances, evader.place, is_seen)
         latched = any(mode in (CAPTURE, DONE) for mode in situation.mate_modes)
         half_m = self._box.half_sizes_m(
             situation.t_s, situation.period_s, situation.team, evader.place, evader.age_s, hull_m, latched
@@ -102,13 +103,14 @@ class EncirclementPlanner:
         goal = evader.place if mode == SEARCH else self._method(moment)
         way = ""
         if self._parameters.deadlock and mode == ENCIRCLE:
-            goal, way = self._standstill.goal(moment, goal, encircled=hull_m <= 0.0)
-        motion = self._motion(situation, self._wish(situation, evader, goal), goal)
+            goal, way = self._standstill.goal(moment, goal, encircled=hull_m < 0.0)
+        drift = (0.0, 0.0) if mode == SEARCH else evader.velocity
+        motion = self._motion(situation, self._wish(situation, drift, goal), goal)
         diagnostics: dict[str, object] = {
             "stage": mode,
             "target_distance_m": float(distances[0]),
             "hull_distance_m": hull_m if math.isfinite(hull_m) else None,
-            "encircled": hull_m <= 0.0,
+            "encircled": hull_m < 0.0,
             "captured": captured,
             "box_half_m": list(half_m),
             "cell_area_m2": moment.cells.target_area_m2,
@@ -133,15 +135,15 @@ class EncirclementPlanner:
         if mode == SEARCH:
             return f"the target was last seen {evader.age_s:.1f} s ago"
         if mode == CAPTURE:
-            return f"the evader is {-hull_m:.1f} m inside the pursuers' hull" if hull_m <= 0.0 else "a teammate saw it encircled"
+            return f"the evader is {-hull_m:.1f} m inside the pursuers' hull" if hull_m < 0.0 else "a teammate saw it encircled"
         return "the evader is not encircled"
 
-    def _wish(self, situation: Situation, evader: Evader, goal: Point) -> Point:
-        """To the goal at top speed, slower only where it would be passed within a period."""
+    def _wish(self, situation: Situation, drift: Point, goal: Point) -> Point:
+        """To the goal, which moves by `drift` (m/s), at top speed; slower only where it would be passed."""
         gain = self._gain_1_s(situation)
         share = self._feed_forward
-        n = gain * (goal[0] - situation.own[0]) + share * evader.velocity[0]
-        e = gain * (goal[1] - situation.own[1]) + share * evader.velocity[1]
+        n = gain * (goal[0] - situation.own[0]) + share * drift[0]
+        e = gain * (goal[1] - situation.own[1]) + share * drift[1]
         return limited((n, e), self._limits.speed_max_m_s) if math.hypot(n, e) > AT_THE_GOAL_M else (0.0, 0.0)
 
     def _gain_1_s(self, situation: Situation) -> float:

@@ -102,7 +102,8 @@ def test_one_or_two_chase_and_say_that_they_cannot_encircle(mates: list[tuple[fl
 def test_pursuers_in_a_row_encircle_nobody() -> None:
     decision = step(observation((0.0, 0.0), [(-2.0, 0.0), (9.0, 0.0)], EVADER))
     assert decision.diagnostics["hull_distance_m"] == 0.0
-    assert decision.mode == "encircle" or decision.diagnostics["hull_distance_m"] >= 0.0
+    assert decision.mode == "encircle"
+    assert not decision.diagnostics["encircled"]
 
 
 def test_a_wall_that_is_not_convex_is_told() -> None:
@@ -142,6 +143,10 @@ def test_an_evader_that_is_not_seen_is_waited_for_then_searched_then_given_up() 
     searching = at(5.0, 5.0)
     assert (searching.mode, searching.reason) == ("search", "the target was last seen 5.0 s ago")
     assert tuple(searching.goal_ned_m[:2]) == EVADER  # type: ignore[index]
+    guessed = observation(EVADER, ring, EVADER, evader_velocity=(0.5, 0.0), evader_age_s=6.0)
+    at_its_place = pursuer(vehicle="multirotor").step(guessed)
+    assert at_its_place.mode == "search", "nobody captures a guess"
+    assert at_its_place.velocity_ned_m_s[0] == pytest.approx(0.0, abs=1e-6), "it waits, and does not fly on with it"
     lost = at(10.0, 10.0)
     assert lost.mode == "hold"
     assert not lost.velocity_ned_m_s.any()
