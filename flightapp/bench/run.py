@@ -12,6 +12,7 @@ from typing import Any
 from flightapp.bench.camera import camera_measurements
 from flightapp.bench.control import controller_measurement
 from flightapp.bench.encirclement import encirclement_measurements
+from flightapp.bench.hunting import hunting_measurements
 from flightapp.bench.machine import machine
 from flightapp.bench.measurement import Measurement
 from flightapp.bench.memory import memory_use
@@ -74,6 +75,7 @@ def _measured(
     measurements = [
         *decisions,
         *encirclement_measurements(limits, 0.05 * seconds),
+        *hunting_measurements(limits, 0.05 * seconds),
         *depth,
         supervisor_measurement(loaded, hardware, vehicle, limits, 0.1 * seconds),
         recorder_measurement(limits, 0.1 * seconds),

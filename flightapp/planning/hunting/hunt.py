@@ -14,7 +14,7 @@ import numpy as np
 
 from flightapp.core.types import Array, Limits
 from flightapp.planning.hunting.parameters import HuntingParameters
-from flightapp.planning.meeting import Meeting, Runners, meeting_of
+from flightapp.planning.meeting import MEETING_MIN, Meeting, Runners, meeting_of
 from flightapp.planning.polygon import Bodies, assign_slots, free_ring, places_on_ring_m
 from flightapp.planning.prediction import Fit, Path, predicted_path
 
@@ -25,6 +25,8 @@ EARLIER_SHARE = 0.9
 """Of the time left: a meeting earlier than this is worth a change."""
 MOVED_SHARE = 0.5
 """Of the hunting radius: the meeting in force moves along with the prediction up to this far a plan."""
+LEFT_RATIO = 1.5
+"""Of the distance at which the ring closes: further away than this a hunter has left it."""
 LATE_MAX_S = 3.0
 """Who is no later than this at its slot is in time: the ring still closes."""
 
@@ -128,9 +130,9 @@ def plan_hunt(
     path = _path(now_s, target, fit, runners, rules)
     distances = np.hypot(*(starts - target).T)
     is_same_team = before is not None and set(before.places) == {hunter.name for hunter in hunters}
-    is_near = bool((distances <= rules.close_ratio * rules.bodies.ring_radius_m(len(hunters), rules.radius_m)).all())
-    stays_near = bool((distances <= 1.5 * rules.close_ratio * rules.bodies.ring_radius_m(len(hunters), rules.radius_m)).all())
-    if before is not None and is_same_team and (is_near or (before.closing and stays_near)):
+    close_m = rules.close_ratio * rules.bodies.ring_radius_m(len(hunters), rules.radius_m)
+    is_near = bool((distances <= close_m).all())
+    if before is not None and is_same_team and (is_near or _stays_closed(now_s, before, distances, close_m)):
         return _closed(now_s, target, runners, hunters, before)
     meeting = _steady(now_s, meeting_of(runners, path), path, runners, hunters, before if is_same_team else None)
     base = path.places_m[meeting.index]
@@ -164,6 +166,14 @@ def plan_hunt(
         is_near,
         meeting.reachable,
         places,
+    )
+
+
+def _stays_closed(now_s: float, before: Hunt, distances: Array, close_m: float) -> bool:
+    """Whether the ring is or goes on being around the target, also while a minority is not: it is on its way."""
+    near = int((distances <= LEFT_RATIO * close_m).sum())
+    return (before.closing or now_s >= before.meeting_s) and near >= min(
+        len(distances), max(MEETING_MIN, len(distances) // 2 + 1)
     )
 
 

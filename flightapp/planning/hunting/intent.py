@@ -17,7 +17,9 @@ HOLD, SEARCH, APPROACH, FORM, ENCLOSE = "hold", "search", "approach", "form", "e
 APPROACH_SHARE = 0.5
 """Of the acceleration, for approaching a slot: the rest steers."""
 STEADY_SHARE = 0.15
-"""Slower than this share of the top speed one rather waits than turns to a slot that comes from behind."""
+"""Of the top speed: a slower target hardly moves."""
+WAITING_SHARE = 0.05
+"""Of the top speed: a slot that comes from behind is waited for until the wish leads on with it at least as fast as this."""
 ARRIVED_SHARE = 0.15
 """Of the hunting radius (the source does not say when a slot is taken)."""
 
@@ -117,8 +119,8 @@ def _moving(
     )
     if speed > STEADY_SHARE * limits.speed_max_m_s:
         forward = (wish[0] * view.target_m_s[0] + wish[1] * view.target_m_s[1]) / speed
-        behind = direction[0] * view.target_m_s[0] + direction[1] * view.target_m_s[1] < -0.7 * speed
-        if behind and forward < STEADY_SHARE * limits.speed_max_m_s:
+        behind = direction[0] * view.target_m_s[0] + direction[1] * view.target_m_s[1] < -0.5 * speed
+        if behind and forward < WAITING_SHARE * limits.speed_max_m_s:
             return Intent(phase, slot, (0.0, 0.0), facing_rad, moves=True)
         return Intent(phase, slot, wish, facing_rad, moves=True)
     if away < 0.5 * limits.body_radius_m:

@@ -44,7 +44,7 @@ class HuntingParameters(StrategyParameters):
     # dynamic window
     horizon_s: float | None = Field(default=None, gt=0, le=20)
     """Prediction horizon; unset: the time to the top speed, between 1.5 s and 4 s."""
-    steps: int = Field(default=12, ge=2, le=50)
+    steps: int = Field(default=10, ge=2, le=50)
     """Of the prediction."""
     speed_samples: int = Field(default=11, ge=2, le=51)
     """Speeds in the window; the present speed and 0 come on top."""
