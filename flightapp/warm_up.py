@@ -31,6 +31,7 @@ WHOLE = (
     "flightapp.control.tracker",
     "perception.free_space",
     "flightapp.sim.world",
+    "flightapp.planning.evasion.boundary_run",
     "flightapp.planning.evasion.voronoi_cell",
     "flightapp.planning.encirclement.planner",
     "flightapp.planning.hunting.planner",

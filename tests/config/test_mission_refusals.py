@@ -22,7 +22,7 @@ CASES: dict[str, tuple[list[Change], list[str]]] = {
         [at("vehicles", 2, "speed_max_km_h", value=9.0)],
         ["vehicles[2].speed_max_km_h = 9.0", "unknown field", "did you mean 'speed_max_m_s'?"],
     ),
-    "unknown table": ([at("weather", value={"rain": 1})], ["weather = {...}", "unknown field", "known here: ", "vehicles"]),
+    "unknown table": ([at("telescope", value={"zoom": 1})], ["telescope = {...}", "unknown field", "known here: ", "vehicles"]),
     "unknown field, nested": (
         [at("vehicles", 0, "strategy", value={"name": "ac2f", "seed": 3})],
         ["vehicles[0].strategy.seed = 3", "known here: name, parameters, parameters_file"],
