@@ -53,9 +53,9 @@ class FreeSpaceMemory:
         newest_s = self._times_s[self._next - 1]
         if self._memory_s <= 0.0 or 0.0 <= t_s - newest_s < self._memory_s / _VIEWS:
             return
-        at, camera = self._next, view.camera
+        at = self._next
         self._times_s[at] = t_s
-        self._cameras[at] = (*camera.position_ned_m[:2], camera.heading_rad, camera.level[0, 2], view.reliable_range_m)
+        self._cameras[at] = _camera_row(view)
         self._seen[at] = view.seen
         self._nearest_m[at] = view.nearest_m
         self._reach_m = _REACH_FRACTION * view.reliable_range_m
@@ -81,6 +81,18 @@ class FreeSpaceMemory:
             self._free,
         )
         return self._free
+
+
+def is_seen_free(view: View, north_m: float, east_m: float) -> bool:
+    """Whether one frame showed a place, mission frame, to be free: in a bearing that it saw, before the first surface there."""
+    return bool(_was_free(north_m, east_m, np.array(_camera_row(view)), view.seen, view.nearest_m))
+
+
+def _camera_row(view: View) -> tuple[float, float, float, float, float]:
+    """North, east, heading, depth per metre forward, reliable range: what `_was_free` is told of a view."""
+    camera = view.camera
+    north_m, east_m = camera.position_ned_m[:2]
+    return float(north_m), float(east_m), camera.heading_rad, float(camera.level[0, 2]), view.reliable_range_m
 
 
 @njit("b1(f8,f8,f8[::1],b1[::1],f8[::1])", cache=True, nogil=True, error_model="numpy")

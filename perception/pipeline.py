@@ -12,6 +12,7 @@ from perception.free_space import FreeSpaceMemory
 from perception.geometry import MountingLike
 from perception.parameters import PerceptionParameters
 from perception.sectors import WHOLE_CIRCLE, unseen_sectors
+from perception.sighting import View
 from perception.tracking.tracker import DiscTracker, TrackedDiscs
 from perception.types import DepthFrame, PerceivedObstacles, VehiclePose
 
@@ -64,7 +65,9 @@ class PerceptionPipeline:
         if len(exclude):
             places[is_usable] = _without_standing(extraction.left_out, exclude, tracked.standing)
         unseen = self._unseen(frame.t_s, extraction)
-        return self._obstacles(frame.t_s, tracked, pose, unseen, (extraction.event,) if extraction.event else (), places)
+        events = (extraction.event,) if extraction.event else ()
+        view = None if extraction.sighting is None else extraction.sighting.view
+        return self._obstacles(frame.t_s, tracked, pose, unseen, events, places, view)
 
     def _unseen(self, t_s: float, extraction: Extraction) -> NDArray[np.float64]:
         """(k, 2) bearings that neither this frame saw nor those just before it, where this one shows nothing but perhaps sky."""
@@ -83,6 +86,7 @@ class PerceptionPipeline:
         unseen: NDArray[np.float64],
         events: tuple[str, ...],
         left_out: NDArray[np.float64],
+        view: View | None,
     ) -> PerceivedObstacles:
         """At most `discs_max` discs, nearest surface first, in ObstacleSet's columns."""
         discs = tracked.discs
@@ -92,7 +96,7 @@ class PerceptionPipeline:
         out = np.empty((len(nearest), 7))
         out[:, :5] = discs[nearest]
         out[:, 5], out[:, 6] = -math.inf, math.inf
-        return PerceivedObstacles(t_s, out, tracked.age_s[nearest], tracked.confidence[nearest], unseen, events, left_out)
+        return PerceivedObstacles(t_s, out, tracked.age_s[nearest], tracked.confidence[nearest], unseen, events, left_out, view)
 
 
 def _usable(exclude: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

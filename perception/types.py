@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from perception.sighting import View
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +60,7 @@ class PerceivedObstacles:
     events: what was wrong with the frame, one clear sentence each; empty for a good one.
     left_out: (k, 2) north_m, east_m of the middle of the surface that was seen in each exclusion; nan where nothing was, or
     not one whole thing alone, or where something stood before it was left out.
+    view: where this frame looked and how far; None where it showed nothing.
     """
 
     t_s: float
@@ -65,3 +70,4 @@ class PerceivedObstacles:
     unseen: NDArray[np.float64]
     events: tuple[str, ...] = ()
     left_out: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    view: View | None = None

@@ -108,6 +108,9 @@ class Network(Strict):
     """Of the own state to those for whom it matters."""
     fleet_kbit_s_max: float = Field(default=1000.0, gt=0, le=1_000_000)
     """What the whole fleet may send: in a large one mates far away get a quarter of the states."""
+    share_discs: bool = False
+    """Pursuers tell each other the obstacles that others will meet, and plan with what they were told; guards never do. Off
+    unless wanted: nobody on board can check what a mate tells before the own camera looks there."""
 
     @field_validator("listen_endpoints", "connect_endpoints")
     @classmethod

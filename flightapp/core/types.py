@@ -61,6 +61,14 @@ class ObstacleSet:
     discs: Array  # (n, 7)
     unseen: Array  # (k, 2)
 
+    def with_standing(self, places: Array) -> ObstacleSet:
+        """These, and after them discs (k, 3: north, east, radius) that stand, of unknown height; itself without any."""
+        if not len(places):
+            return self
+        more = np.zeros((len(places), len(DISC_COLUMNS)))
+        more[:, :3], more[:, 5], more[:, 6] = places, -np.inf, np.inf
+        return ObstacleSet(self.t_s, np.vstack((self.discs, more)), self.unseen)
+
 
 @dataclass(frozen=True, slots=True)
 class Boundary:

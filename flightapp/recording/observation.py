@@ -32,7 +32,10 @@ _UPPER = np.triu_indices(COVARIANCE_SIZE)
 def observation_record(
     observation: Observation, context: SafetyContext, frame_number: int | None, *, planned: bool, held: bool
 ) -> ObservationRecord:
-    """`observation` and what the supervisor is told besides; `frame_number` of the depth frame that its obstacles are of."""
+    """`observation` and what the supervisor is told besides; `frame_number` of the depth frame that its obstacles are of.
+
+    The planner's obstacles are the supervisor's, and after those what mates have told.
+    """
     own = observation.own
     taking_part = {member.name for member in observation.team}
     return ObservationRecord(
@@ -53,6 +56,7 @@ def observation_record(
         None if observation.assignment is None else observation.assignment.bearing_rad,
         None if observation.assignment is None else observation.assignment.arrival_s,
         None if observation.assignment is None else _rendezvous_record(observation.assignment.rendezvous),
+        observation.obstacles.discs[len(context.obstacles.discs) :, :3].tolist() or None,
     )
 
 
@@ -61,6 +65,8 @@ class Given:
     """One record read back: what the planner was given, and what the supervisor was told besides."""
 
     observation: Observation
+    obstacles: ObstacleSet
+    """The supervisor's: of the own camera alone."""
     team: tuple[TeamMember, ...]
     own_age_s: float
     team_link_age_s: float | None
@@ -68,7 +74,7 @@ class Given:
 
 
 def given_by(record: ObservationRecord, obstacles: ObstacleSet, boundary: Boundary) -> Given:
-    """`record` with the obstacles that it refers to."""
+    """`record` with the obstacles that it refers to; ValueError where it cannot be."""
     team = tuple(_member(member, record.t_s) for member in record.team)
     own = VehicleState(
         record.t_s, vector(record.own_position_ned_m), vector(record.own_velocity_ned_m_s), number(record.own_yaw_rad)
@@ -79,11 +85,11 @@ def given_by(record: ObservationRecord, obstacles: ObstacleSet, boundary: Bounda
         own=own,
         team=tuple(member for member, told in zip(team, record.team, strict=True) if told.takes_part),
         target=None if record.target is None else _target(record.target),
-        obstacles=obstacles,
+        obstacles=obstacles.with_standing(_places(record.told_discs or [])),
         boundary=boundary,
         assignment=_assignment(record),
     )
-    return Given(observation, team, _age(record.own_age_s), record.team_link_age_s, record.battery_fraction)
+    return Given(observation, obstacles, team, _age(record.own_age_s), record.team_link_age_s, record.battery_fraction)
 
 
 def vector(numbers: Sequence[float | None]) -> Array:
@@ -154,6 +160,12 @@ def _target(record: ObservedTarget) -> TargetTrack:
         _covariance(record.covariance),
         _age(record.age_s),
     )
+
+
+def _places(rows: list[list[float]]) -> Array:
+    if any(len(row) != 3 for row in rows):
+        raise ValueError("told_discs: each row must be north_m, east_m, radius_m")
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 
 def _covariance(numbers: Sequence[float | None]) -> Array:

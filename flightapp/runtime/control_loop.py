@@ -21,6 +21,7 @@ from flightapp.core.clearance import NO_OBSTACLE_M, clearance_m
 from flightapp.core.types import Decision, Observation, ObstacleSet, Setpoint, TargetTrack, VehicleState
 from flightapp.fleet.messages.command import Command
 from flightapp.runtime.coordination import Coordination
+from flightapp.runtime.disc_sharing import DiscSharing
 from flightapp.runtime.fleet_time import FleetTime
 from flightapp.runtime.heartbeat import ACTIVE, CLIMBING, IDLE, LEFT
 from flightapp.runtime.hover import Hover, wish_of
@@ -72,6 +73,7 @@ class ControlLoop:
         self._on_command = on_command
         self._teamwork = Teamwork(rooms)
         self._target_fusion = TargetFusion(rooms, self._teamwork)
+        self._disc_sharing = DiscSharing(rooms, self._teamwork)
         self._fleet_time = FleetTime(rooms)
         self._search_record = SearchRecord(rooms.planner, rooms.journal)
         self.leadership = Leadership(rooms)
@@ -214,6 +216,8 @@ class ControlLoop:
         self.coordination.poll(now_s, self.phase, self.target, self._obstacles, flown)
         if motion is not None:
             rooms.journal.own(motion, now_s)
+            perceived = None if self.perception is None else self.perception.newest
+            self._disc_sharing.poll(now_s, motion.state, self.target, perceived)
             if self.perception is not None:
                 self.perception.exclude = self._target_fusion.cut_outs(now_s)
             if self.guidance is not Guidance.NONE:
@@ -247,7 +251,7 @@ class ControlLoop:
             own=own,
             team=self.coordination.partners(now_s),
             target=self.target,
-            obstacles=self._obstacles,
+            obstacles=self._disc_sharing.for_planner(now_s, own, self.target, self._obstacles),
             boundary=rooms.boundary,
             assignment=self.coordination.assignment(),
         )

@@ -25,6 +25,7 @@ from flightapp.runtime.conditions import Conditions, Notice
 from flightapp.vehicle.autopilot import Motion
 from flightapp.vehicle.pose_history import EXTRAPOLATION_MAX_S, PoseHistory
 from perception.pipeline import PerceptionPipeline
+from perception.sighting import View
 from perception.sources import DepthSource
 from perception.sources.api import SourceHealth
 from perception.types import DepthFrame, VehiclePose
@@ -61,6 +62,7 @@ class Perceived:
 
     age_s, confidence: (n,) one for each disc. latency_s: from the capture to this result. processing_s: of it, the pipeline's.
     left_out: (k, 2) what was seen in each row of `exclude`, see perception.types. seen_from_m: north, east of the vehicle then.
+    view: where the frame looked and how far; None where it showed nothing.
     """
 
     obstacles: ObstacleSet
@@ -74,6 +76,7 @@ class Perceived:
     events: tuple[str, ...] = ()
     left_out: Array = field(default_factory=lambda: np.zeros((0, 2)))
     seen_from_m: tuple[float, float] = (math.nan, math.nan)
+    view: View | None = None
 
 
 class PerceptionThread(threading.Thread):
@@ -214,6 +217,7 @@ class PerceptionThread(threading.Thread):
             seen.events,
             seen.left_out,
             pose.position_ned_m[:2],
+            seen.view,
         )
         self._on_result()
 

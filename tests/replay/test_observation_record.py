@@ -23,7 +23,7 @@ KNOWN = {
     TeamMember: {"name", "state", "mode", "eta_s", "age_s"},
     TargetTrack: {"t_s", "position_ned_m", "velocity_ned_m_s", "covariance", "age_s"},
     ObstacleSet: {"t_s", "discs", "unseen"},
-    Assignment: {"bearing_rad", "arrival_s"},
+    Assignment: {"bearing_rad", "arrival_s", "rendezvous"},
     SafetyContext: {
         *("t_s", "dt_s", "name", "own", "own_age_s", "team", "target", "obstacles", "obstacles_age_s", "previous", "limits"),
         *("team_link_age_s", "battery_fraction"),
