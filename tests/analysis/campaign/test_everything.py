@@ -14,9 +14,11 @@ from hypothesis import strategies as st
 
 from flightapp.analysis.campaign.everything import episode_row
 from flightapp.analysis.campaign.everything.campaign import Table, fly_everything, show_everything
+from flightapp.analysis.campaign.everything.choice import choices
 from flightapp.analysis.campaign.everything.episode_row import flown_row, histogram, quantile_us
 from flightapp.analysis.campaign.everything.grid import load_grid
 from flightapp.analysis.campaign.everything.ledger import NAME, read_rows
+from flightapp.analysis.campaign.statistics import wilson_interval
 from flightapp.analysis.campaign.workers import Workers
 from flightapp.cli import main
 from flightapp.core.errors import InputError
@@ -157,6 +159,36 @@ def test_bad_input_is_one_sentence(
     assert sentence in said.err
     assert len(said.err.strip().splitlines()) == 1
     assert not (grid_file.parent / "campaigns").exists()
+
+
+def entry(planner: str, captured: float, time_s: float | None, encircled: float | None, runs: int = 100) -> dict[str, object]:
+    low, high = wilson_interval(round(captured * runs), runs)
+    return {
+        "scenario": "small",
+        "planner": planner,
+        "runs": runs,
+        "success_rate": captured,
+        "success_ci95_low": low,
+        "success_ci95_high": high,
+        "capture_time_s": time_s,
+        "encircled_at_capture_rate": encircled,
+    }
+
+
+def test_the_quickest_is_chosen_only_among_those_that_are_as_sure(grid_file: Path) -> None:
+    grid = load_grid(grid_file, (), (), None)
+    told = choices(
+        grid,
+        [
+            entry("sure", 0.98, 20.0, 0.2),
+            entry("as sure", 0.96, 15.0, 0.9),
+            entry("quick but unsure", 0.60, 5.0, 1.0),
+            entry("lucky", 1.0, 1.0, 1.0, runs=3),
+            entry("never", 0.0, None, None),
+        ],
+    )
+    assert told == [["small", "sure", "98", "as sure", "15.0", "as sure", "90"]]
+    assert choices(grid, [entry("never", 0.0, None, None)])[0][1] == "none"
 
 
 def test_the_repositorys_table_loads() -> None:

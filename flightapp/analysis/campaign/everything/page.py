@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from flightapp.analysis.campaign.everything.choice import HEADINGS, choices
 from flightapp.analysis.campaign.everything.figures import Figures
 from flightapp.analysis.campaign.everything.grid import Grid
 from flightapp.analysis.campaign.everything.table import COLUMNS, NOTE, cell, interval
@@ -42,6 +43,8 @@ def page(grid: Grid, figures: Sequence[Figures]) -> str:
             '<html lang="en"><head><meta charset="utf-8"><title>All planners in all scenarios</title>',
             f"<style>{STYLE}</style></head><body>",
             "<h1>All planners in all scenarios</h1>",
+            "<h2>Which to choose</h2>",
+            _table(HEADINGS, [f"<tr><td>{'</td><td>'.join(map(escape, row))}</td></tr>" for row in choices(grid, figures)]),
             "<h2>Captured, %</h2>",
             _glance(grid, found, "success_rate"),
             "<h2>Encircled at the capture, % of captures</h2>",

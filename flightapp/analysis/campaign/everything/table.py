@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Sequence
 
+from flightapp.analysis.campaign.everything.choice import HEADINGS, RUNS_MIN, choices
 from flightapp.analysis.campaign.everything.figures import Figures
 from flightapp.analysis.campaign.everything.grid import Grid
 from flightapp.analysis.campaign.table import DASH, aligned
@@ -41,6 +42,10 @@ def markdown_table(grid: Grid, figures: Sequence[Figures]) -> str:
     parts = [
         "# All planners in all scenarios",
         f"{_runs(figures)} runs for each planner in each scenario; the same seeds for all.",
+        "## Which to choose",
+        aligned(HEADINGS, choices(grid, figures)),
+        "As sure: the 95 % interval of its success overlaps that of the surest. "
+        f"Planners with fewer than {RUNS_MIN} runs are left out.",
         "## Captured, %",
         glance(grid, figures, "success_rate"),
         "## Encircled at the capture, % of captures",
