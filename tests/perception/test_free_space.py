@@ -10,7 +10,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from perception.extraction.bearing_bins import SECTORS, TANGENT_BINS, bin_of
-from perception.free_space import FreeSpaceMemory
+from perception.free_space import FreeSpaceMemory, is_seen_free
 from perception.geometry import CameraMounting, camera_pose
 from perception.parameters import PerceptionParameters
 from perception.pipeline import PerceptionPipeline
@@ -194,3 +194,15 @@ def test_a_clock_that_was_set_back_does_not_stop_it() -> None:
     memory.add(100.0, view())
     memory.add(1.0, view())
     assert free(memory, 1.1, pose())
+
+
+def test_a_place_is_seen_free_before_the_trees_not_in_or_behind_them_nor_beside_the_picture() -> None:
+    [found] = fly([pose()], TWO_TREES)
+    assert found.view is not None
+    assert is_seen_free(found.view, 5.0, 0.0)
+    assert is_seen_free(found.view, 4.0, 2.0)
+    assert not is_seen_free(found.view, 6.0, 3.0)
+    assert not is_seen_free(found.view, 8.0, 4.0)
+    assert not is_seen_free(found.view, 0.0, 5.0)
+    assert not is_seen_free(found.view, -5.0, 0.0)
+    assert not is_seen_free(found.view, found.view.reliable_range_m + 1.0, 0.0)
