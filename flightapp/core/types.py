@@ -147,6 +147,8 @@ class Decision:
     goal_ned_m: Array | None  # (3,)
     reason: str = ""
     diagnostics: Mapping[str, object] = field(default_factory=dict)
+    flies_height: bool = False
+    """The vertical velocity is all of it; False: it is added to what holds the mission's height."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,5 +55,6 @@ class Hover:
 def wish_of(decision: Decision, hover: Hover, own: VehicleState, *, feed_forward: bool) -> Setpoint:
     """A decision as the setpoint that the supervisor is asked for: with the height loop, and the acceleration if it is flown."""
     velocity = decision.velocity_ned_m_s.astype(np.float64, copy=True)
-    velocity[2] += hover.down_velocity_m_s(own)
+    if not decision.flies_height:
+        velocity[2] += hover.down_velocity_m_s(own)
     return Setpoint(velocity, decision.yaw_rad, decision.acceleration_ned_m_s2 if feed_forward else None)

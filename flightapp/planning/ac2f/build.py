@@ -6,6 +6,7 @@ from flightapp.core.types import Limits
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.planner import Ac2fPlanner
 from flightapp.planning.ac2f.variants import with_variant
+from flightapp.planning.ac2f.volume.planner import VolumePlanner
 from flightapp.planning.api import Given, Planner
 from flightapp.planning.parameters import parsed
 
@@ -14,4 +15,6 @@ PARAMETERS = Ac2fParameters
 
 def build(name: str, limits: Limits, given: Given, _seed: int) -> Planner:
     """The variant `name`; InputError on parameters that it does not have or that it fixes."""
-    return Ac2fPlanner(limits=limits, parameters=parsed(Ac2fParameters, name, with_variant(name, given)))
+    parameters = parsed(Ac2fParameters, name, with_variant(name, given))
+    planar = Ac2fPlanner(limits=limits, parameters=parameters)
+    return VolumePlanner(planar, limits, parameters) if parameters.volume.space == "volume" else planar

@@ -10,6 +10,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from flightapp.planning.ac2f.volume.parameters import VolumeParameters
 from flightapp.planning.capture import CaptureRule
 from flightapp.planning.parameters import StrategyParameters
 
@@ -21,6 +22,8 @@ class Ac2fParameters(StrategyParameters):
     """The mission's capture section."""
     evader_speed_assumed_m_s: float = Field(default=4.0, gt=0)
     """Top speed of the evader in the game."""
+    volume: VolumeParameters = VolumeParameters()
+    """Flight up and down to the evader; off by default. Not part of the kernels' record."""
 
     # what the planner is made of: the named variants are choices here
     stages: Literal["both", "coarse", "fine"] = "both"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flightapp.core.types import Decision, Limits, Observation
+from flightapp.core.types import Array, Decision, Limits, Observation
 from flightapp.planning.ac2f import evaluation
 from flightapp.planning.ac2f.apollonius_kernel import HALF_PLANE, REGION_COLUMNS
 from flightapp.planning.ac2f.candidates import Candidates, candidates
@@ -22,6 +22,8 @@ from flightapp.planning.ac2f.surroundings import MEMBER_COLUMNS, TRAIL_COLUMNS, 
 from flightapp.planning.ac2f.workspace import workspace_arrays, workspace_of
 
 NOWHERE = np.zeros(2)
+SEEN_S = 3
+"""Column of the disc memory."""
 
 
 class Ac2fPlanner:
@@ -110,6 +112,20 @@ class Ac2fPlanner:
         if not self._action[0]["searched"]:
             return None
         return candidates(self._action, self._rows, self._verdicts, float(self._parameters["horizon_s"][0]))
+
+    def flown(self, velocity_m_s: tuple[float, float]) -> None:
+        """The last decision was flown with this planar velocity instead of its own: the next window opens from it."""
+        self._memory["command_n"], self._memory["command_e"] = velocity_m_s
+
+    def missed(self) -> None:
+        """What the last decision took for a capture was none."""
+        self._memory["captured"], self._memory["dwell_since_s"] = 0, math.nan
+
+    def forget_discs(self, places_m: Array, within_m: float) -> None:
+        """Do not avoid from memory what is within `within_m` of any of `places_m` (k, 2)."""
+        rows = self._recollection[0]["discs"][: int(self._memory["disc_count"][0])]
+        apart = np.hypot(rows[:, None, 0] - places_m[None, :, 0], rows[:, None, 1] - places_m[None, :, 1])
+        rows[(apart <= within_m).any(axis=1), SEEN_S] = -math.inf
 
     def _make_room(self, teammates: int, discs: int) -> None:
         if teammates != len(self._members):

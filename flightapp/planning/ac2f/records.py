@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from flightapp.core.types import Limits
 from flightapp.planning.ac2f.parameters import Ac2fParameters
+from flightapp.planning.ac2f.volume.parameters import VolumeParameters
 from flightapp.planning.capture import CaptureRule
 
 Record = NDArray[np.void]
@@ -29,7 +30,7 @@ def _plain_fields(model: type[Ac2fParameters] | type[CaptureRule], prefix: str =
     """(name, "f8" or "i8") of the numbers of a parameter model; a choice of words becomes the index of the word."""
     fields = []
     for name, info in model.model_fields.items():
-        if info.annotation is CaptureRule:
+        if info.annotation in (CaptureRule, VolumeParameters):
             continue
         whole = info.annotation in (int, bool) or get_origin(info.annotation) is Literal
         fields.append((prefix + name, "i8" if whole else "f8"))
@@ -237,6 +238,6 @@ def blank_memory() -> Record:
 def _fill(record: Record, model: Ac2fParameters | CaptureRule, prefix: str = "") -> None:
     for name in type(model).model_fields:
         value = getattr(model, name)
-        if isinstance(value, CaptureRule):
+        if isinstance(value, CaptureRule | VolumeParameters):
             continue
         record[prefix + name] = code_of(type(model), name, value) if isinstance(value, str) else value

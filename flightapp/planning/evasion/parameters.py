@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from flightapp.planning.parameters import StrategyParameters
 
@@ -58,6 +58,27 @@ class BoundarySeekingParameters(AvoidingParameters):
     """Largest repulsion of a pursuer, relative to an attraction of 1."""
     pursuer_influence_m: float = Field(default=6.0, gt=0)
     """Distance within which a pursuer repels."""
+
+
+class ClimbAndDiveParameters(BoundarySeekingParameters):
+    """Boundary-seeking, up and down on the way. Heights are metres above the datum."""
+
+    height_low_m: float = Field(default=3.0, ge=0)
+    """Where a dive ends."""
+    height_high_m: float = Field(default=12.0, gt=0)
+    """Where a climb ends."""
+    climb_rate_m_s: float = Field(default=1.5, gt=0)
+    """Of climbs and dives, at most the vehicle's limit."""
+    climb_acceleration_m_s2: float = Field(default=2.0, gt=0)
+    """Of their beginnings and ends."""
+    dodge_m: float = Field(default=4.0, ge=0)
+    """A pursuer that comes nearer than this makes it turn from climbing to diving or back; 0: none does."""
+
+    @model_validator(mode="after")
+    def _is_band(self) -> ClimbAndDiveParameters:
+        if self.height_low_m >= self.height_high_m:
+            raise ValueError(f"height_low_m = {self.height_low_m} must be less than height_high_m = {self.height_high_m}")
+        return self
 
 
 class VoronoiCentroidParameters(AvoidingParameters):

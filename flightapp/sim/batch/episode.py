@@ -92,6 +92,15 @@ def _depth_sensing(scenario: Scenario, world: World, stream: int) -> DepthSensin
     return DepthSensing(scenario, world, stream)
 
 
+def _world(scenario: Scenario, layout: Layout, wind_key: int, sensing_key: int, sees_walls: bool) -> World:
+    """The world in space is loaded only where it is wanted."""
+    if scenario.volume is None:
+        return World(scenario, layout, wind_key, sensing_key, sees_walls)
+    from flightapp.sim.batch.volume.world import VolumeWorld
+
+    return VolumeWorld(scenario, scenario.volume, layout, wind_key, sensing_key)
+
+
 class _Flight:
     """The loop and what it keeps."""
 
@@ -112,7 +121,7 @@ class _Flight:
 
         given, limits = planner_parameters(scenario, planner, parameters, layout), scenario.pursuers.limits()
         sees_walls = "polygons_m" not in given
-        self._world = World(scenario, layout, stream(Stream.WIND), stream(Stream.SENSING), sees_walls)
+        self._world = _world(scenario, layout, stream(Stream.WIND), stream(Stream.SENSING), sees_walls)
         self._cameras = _depth_sensing(scenario, self._world, stream(Stream.SENSING))
         self._link = TeamLink(scenario, stream(Stream.MESSAGES))
         self._assigning: Assigning | None = None

@@ -23,6 +23,7 @@ from flightapp.sim.batch.families.scatter import ScatterLayout
 from flightapp.sim.batch.families.suburban import SuburbanLayout
 from flightapp.sim.batch.families.terminal import TerminalLayout
 from flightapp.sim.batch.families.u_trap import UTrapLayout
+from flightapp.sim.batch.volume.table import Volume
 from perception.parameters import PerceptionParameters
 
 CLIMB_RATE_MAX_M_S = 2.0
@@ -227,6 +228,8 @@ class Scenario(Strict):
     target: Target = Target()
     messages: Messages = Messages()
     wind: Wind = Wind()
+    volume: Volume | None = None
+    """Where it is given, everything flies in space; else in one plane."""
     failures: tuple[Failure, ...] = ()
     planner: Planner = Planner()
     campaign: Campaign = Campaign()
@@ -254,7 +257,22 @@ class Scenario(Strict):
             model = self.pursuers.model
             raise ValueError(f"wind: pursuers.model = '{model}' does not feel wind; set it to 'multirotor' or leave the wind out")
         self._check_failures()
+        self._check_volume()
         return self
+
+    def _check_volume(self) -> None:
+        if self.volume is None:
+            return
+        planar = {
+            f"capture.mode = '{self.capture.mode}'": (self.capture.mode != "first", "'first'"),
+            f"sensing.kind = '{self.sensing.kind}'": (self.sensing.kind != "ideal", "'ideal'"),
+            "sensing": (self.sensing.position_noise_m + self.sensing.radius_noise_m > 0.0, "without noise"),
+            "target": (self.target != Target(), "left out: the evader is known"),
+            "evader.solid = true": (self.evader.solid, "false"),
+        }
+        for said, (is_so, right) in planar.items():
+            if is_so:
+                raise ValueError(f"volume: {said} is not simulated in space; must be {right}")
 
     def _check_failures(self) -> None:
         for failure in self.failures:

@@ -107,10 +107,7 @@ class World:
 
     def advance(self, tick: int, decisions: list[Decision]) -> int:
         """Everything through control period `tick`: code of the event that ended the episode in it, or FLYING."""
-        row = tick % self._commands.shape[1]
-        for command, decision in zip(self._commands, decisions, strict=True):
-            velocity = decision.velocity_ned_m_s
-            command[row, 0], command[row, 1], command[row, 2] = velocity[0], velocity[1], decision.yaw_rad
+        self._take(tick, decisions)
         self._states = np.empty_like(self._states)
         return advance(
             self.record,
@@ -127,6 +124,13 @@ class World:
             self._counts,
             self._states,
         )
+
+    def _take(self, tick: int, decisions: list[Decision]) -> None:
+        """What is to be flown in the plane from control period `tick` on."""
+        row = tick % self._commands.shape[1]
+        for command, decision in zip(self._commands, decisions, strict=True):
+            velocity = decision.velocity_ned_m_s
+            command[row, 0], command[row, 1], command[row, 2] = velocity[0], velocity[1], decision.yaw_rad
 
     @property
     def collided_with(self) -> str:
