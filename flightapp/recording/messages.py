@@ -91,6 +91,8 @@ class Teammate:
     age_s: float
     lost: int
     """Messages that never came, counted from gaps in the sequence numbers."""
+    taken: int | None = None
+    """Messages that came and were used."""
 
 
 @dataclass(slots=True)

@@ -107,6 +107,7 @@ class Journal:
                 state.eta_s,
                 now_s - state.t_s,
                 peer.lost,
+                peer.taken,
             )
             for peer in peers
             if (state := peer.state) is not None

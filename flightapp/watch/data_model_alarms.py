@@ -92,7 +92,9 @@ def _of_links(rows: tuple[Row, ...], thresholds: Thresholds) -> list[Alarm]:
     return [
         Alarm(Level.ALARM, row.name, f"{row.name} has not heard one of the others for {row.state.link_age_s:.1f} s")
         for row in rows
-        if row.state is not None and row.state.link_age_s is not None and row.state.link_age_s > thresholds.lost_age_s
+        if row.state is not None
+        and row.state.link_age_s is not None
+        and row.state.link_age_s > thresholds.lost_age_of_s(row.state)  # What it tells slowly, it is told slowly: one team.
     ]
 
 

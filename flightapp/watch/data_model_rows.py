@@ -69,8 +69,8 @@ def link_of(state: SharedState | None, age_s: float | None, thresholds: Threshol
     """The verdict on an age."""
     if state is None or age_s is None:
         return Link.NEVER
-    if age_s <= thresholds.late_age_s:
+    if age_s <= thresholds.late_age_of_s(state):
         return Link.FRESH
     if state.phase == "done":
         return Link.OVER
-    return Link.LATE if age_s <= thresholds.lost_age_s else Link.LOST
+    return Link.LATE if age_s <= thresholds.lost_age_of_s(state) else Link.LOST

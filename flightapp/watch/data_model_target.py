@@ -40,7 +40,9 @@ def target_of(mission: Mission, heard: Heard, thresholds: Thresholds) -> Target 
         return None
     state = heard.states.get(name)
     seen = max(heard.sightings.items(), key=lambda item: item[1].t_s, default=None)
-    if state is not None and (heard.now_s - state.t_s <= thresholds.lost_age_s or seen is None or seen[1].t_s <= state.t_s):
+    if state is not None and (
+        heard.now_s - state.t_s <= thresholds.lost_age_of_s(state) or seen is None or seen[1].t_s <= state.t_s
+    ):
         place, velocity = state.position_ned_m[:2], state.velocity_ned_m_s[:2]
         age_s = max(0.0, heard.now_s - state.t_s)
         time_s = boundary_time_s(mission, place, velocity)

@@ -128,6 +128,15 @@ def test_thresholds_are_those_by_which_the_vehicles_judge_each_other() -> None:
     assert thresholds_of(profile).clearance_min_m == profile.limits.safety_margin_m
 
 
+def test_who_says_that_it_sends_rarely_is_lost_later_as_for_its_mates() -> None:
+    for due_s, links in ((0.0, [Link.FRESH, Link.LOST, Link.LOST]), (0.2, [Link.FRESH, Link.LATE, Link.LOST])):
+        aged = [state("p1", NOW_S - age_s, due_s=due_s) for age_s in (0.3, 0.8, 1.0)]
+        assert [look(heard(one)).rows[0].link for one in aged] == links
+    slow_team = everybody(due_s=0.2, link_age_s=0.85)
+    assert not any("has not heard" in text for text in alarms(heard(*slow_team)))
+    assert any("has not heard" in text for text in alarms(heard(*everybody(link_age_s=0.85))))
+
+
 def beacon(role: Role, term: int, backs: str | None = None, sent_s: float = NOW_S - 0.1) -> tuple[float, Beacon]:
     return sent_s, Beacon(1.0, term, role, () if backs is None else ((backs, 1.0),))
 

@@ -9,11 +9,12 @@ from flightapp.analysis.analysers.subject import Heard, Subject
 from flightapp.analysis.findings import Finding, Severity
 from flightapp.analysis.metrics import airborne
 from flightapp.analysis.ulog.spans import spans_of
+from flightapp.core.types import Array
 from flightapp.recording.phases import Window
 
 NAME = "link"
 SHARE_LOST = 0.2
-"""At 20 states a second every fifth may go missing before two in a row often do and the ages show it."""
+"""Of the states: every fifth may go missing before two in a row often do and the ages show it."""
 
 
 def examine(subject: Subject) -> list[Finding]:
@@ -46,8 +47,13 @@ def _judged(subject: Subject, name: str, heard: Heard, window: Window) -> Findin
     t_s, age_s, lost = heard.t_s[inside], heard.age_s[inside], heard.lost[inside]
     oldest_s = float(age_s.max(initial=0.0))
     gone = float(lost[-1] - lost[0]) if len(lost) else 0.0
-    expected = window.length_s * subject.profile.network.state_rate_hz
-    evidence: dict[str, float | str] = {"other": name, "age_max_s": oldest_s, "lost_share": gone / expected, "lost": gone}
+    expected = _expected(heard.taken[inside], gone, window.length_s * subject.profile.network.state_rate_hz)
+    evidence: dict[str, float | str] = {
+        "other": name,
+        "age_max_s": oldest_s,
+        "lost_share": gone / max(expected, 1.0),
+        "lost": gone,
+    }
     if oldest_s > safety.team_state_age_max_s:
         spans = spans_of(t_s, age_s > safety.team_state_age_max_s)
         severity = Severity.FAILURE if oldest_s > safety.team_link_age_max_s else Severity.WARNING
@@ -59,6 +65,12 @@ def _judged(subject: Subject, name: str, heard: Heard, window: Window) -> Findin
     p99_s = float(np.percentile(age_s, 99)) if len(age_s) else 0.0
     text = f"States of {name} were at most {oldest_s:.2f} s old (p99 {p99_s:.2f} s), {gone:.0f} lost."
     return Finding(NAME, Severity.OK, f"{name} heard", text, window.start_s, window.end_s, evidence, subject.name)
+
+
+def _expected(taken: Array, gone: float, at_full_rate: float) -> float:
+    """How many states were sent here: what came and what did not, fewer to a mate far away. Older recordings do not say."""
+    known = taken[np.isfinite(taken)]
+    return float(known[-1] - known[0]) + gone if len(known) else at_full_rate
 
 
 def _concerns(subject: Subject) -> bool:

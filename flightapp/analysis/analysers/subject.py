@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ from flightapp.core.types import Array
 from flightapp.recording.phases import Window
 from flightapp.recording.reader import Series
 
+_Row = tuple[float, float, float, float, bool, list[float]]
+
 
 @dataclass(frozen=True, slots=True)
 class Heard:
@@ -24,6 +27,7 @@ class Heard:
     t_s: Array  # (n,) when it was recorded
     age_s: Array  # (n,) since the state was true, by the clocks of both
     lost: Array  # (n,) messages that never came, in all
+    taken: Array  # (n,) messages that came, in all; nan in older recordings
     is_done: Array  # (n,) 1 where it had said that its mission is over, else 0
     position_ned_m: Array  # (n, 3) where it was `age_s` ago
 
@@ -85,17 +89,30 @@ class Subject:
     @functools.cached_property
     def heard(self) -> dict[str, Heard]:
         """By the name of the other vehicle."""
-        rows: dict[str, list[tuple[float, float, float, bool, list[float]]]] = {}
+        rows: dict[str, list[_Row]] = {}
         series = self.topic("/team")
         for t_s, members in zip(series.t_s.tolist(), series.messages.values("members"), strict=True):
             for member in members or ():
-                row = (t_s, member["age_s"], member["lost"], member["phase"] == "done", member["position_ned_m"])
+                taken = member.get("taken")
+                row = (
+                    t_s,
+                    member["age_s"],
+                    member["lost"],
+                    math.nan if taken is None else taken,
+                    member["phase"] == "done",
+                    member["position_ned_m"],
+                )
                 rows.setdefault(str(member["name"]), []).append(row)
         return {name: _heard(told) for name, told in rows.items()}
 
 
-def _heard(rows: list[tuple[float, float, float, bool, list[float]]]) -> Heard:
-    t_s, age_s, lost, is_done, positions = zip(*rows, strict=True)
+def _heard(rows: list[_Row]) -> Heard:
+    t_s, age_s, lost, taken, is_done, positions = zip(*rows, strict=True)
     return Heard(
-        np.array(t_s), np.array(age_s), np.array(lost), np.array(is_done, dtype=np.float64), np.array(positions).reshape(-1, 3)
+        np.array(t_s),
+        np.array(age_s),
+        np.array(lost),
+        np.array(taken, dtype=np.float64),
+        np.array(is_done, dtype=np.float64),
+        np.array(positions).reshape(-1, 3),
     )
