@@ -36,6 +36,8 @@ WHOLE = (
     "flightapp.planning.encirclement.planner",
     "flightapp.planning.hunting.planner",
     "flightapp.planning.path_planning.rrt_star.planner",
+    "flightapp.planning.adaptive_apf.planner",
+    "flightapp.sim.field_study.flight",
 )
 OBJECTS = 100_000
 """New objects between two collections of garbage: at Python's 700 they take a sixth of the time."""

@@ -16,12 +16,14 @@ from flightapp.fleet.coordination.team_plan import TeamPlan
 from flightapp.planning.ac2f.variants import VARIANTS, left_open
 from flightapp.planning.api import Build, BuildTeamPlan, Given, Planner
 
+ADAPTIVE_APF = ("adaptive-apf", "conventional-apf", "iapf-style")
 ENCIRCLEMENT = ("oa-ecbvc", "oavc", "surround-hunt", "spaced", "greedy")
 
 PLANNERS: Mapping[str, str] = {
     **dict.fromkeys(VARIANTS, "flightapp.planning.ac2f.build"),
     **dict.fromkeys(("hunting", "tracking-hunting", "dwa"), "flightapp.planning.hunting.build"),
     **dict.fromkeys(ENCIRCLEMENT, "flightapp.planning.encirclement.build"),
+    **dict.fromkeys(ADAPTIVE_APF, "flightapp.planning.adaptive_apf.build"),
 }
 
 TEAM_PLANS: Mapping[str, str] = {

@@ -1,0 +1,181 @@
+"""Properties of the single forces (section 8 of the specification)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flightapp.core.types import Array, Limits
+from flightapp.planning.adaptive_apf.field import FIELD_SIZE, FORCE, TRACK_COLUMNS, braking_m_s2, passing_side, sum_forces
+from flightapp.planning.adaptive_apf.forces import activation_m, closest_approach, repulsion, repulsive_potential
+from flightapp.planning.adaptive_apf.fuzzy import ANGLES_DEG, DISTANCES_M, speed_gain
+from flightapp.planning.adaptive_apf.gains import Gains
+from flightapp.planning.adaptive_apf.parameters import AdaptiveApfParameters
+from flightapp.planning.adaptive_apf.setpoint import BARRIER, filter_velocity, limit_change, limit_turn
+from flightapp.space.distance import nearest_bodies, signed_distance_and_gradient
+from flightapp.space.shapes import Cylinder, OrientedBox, Shape, Sphere, bodies_of
+
+FEW = settings(max_examples=25, deadline=None)
+LIMITS = Limits(6.0, 6.0, 30.0, 3.0, 12.0, 3.0, 0.25, 0.25)
+number = st.floats(-6.0, 6.0)
+vector = st.tuples(number, number, number).map(np.array)
+
+
+def gains(**changed: object) -> Gains:
+    return AdaptiveApfParameters.model_validate(changed).gains(LIMITS)
+
+
+def forces(shapes: list[Shape], place: Array, velocity: Array, goal: Array, given_gains: Gains) -> Array:
+    """The field's result around (3,) `place`, with nothing remembered."""
+    bodies = bodies_of(shapes)
+    which, gaps, out = np.zeros(32, dtype=np.int64), np.zeros((32, 4)), np.zeros(FIELD_SIZE)
+    count = nearest_bodies(bodies, *place.tolist(), 0.0, math.inf, which, gaps)
+    tracks = np.zeros((len(bodies), TRACK_COLUMNS))
+    sum_forces(bodies, which, gaps, count, place, velocity, np.zeros(3), goal, tracks, given_gains, 0.0, 0.1, out)
+    return out
+
+
+@FEW
+@given(vector, vector, st.sampled_from(["sphere", "cylinder", "box"]), st.booleans())
+def test_repulsion_is_minus_the_gradient_of_its_potential(place: Array, goal: Array, shape: str, is_literal: bool) -> None:
+    body: Shape = Sphere(0.3, -0.2, 0.1, 1.0)
+    if shape == "cylinder":
+        body = Cylinder(0.3, -0.2, 1.0, -2.0, 1.5)
+    elif shape == "box":
+        body = OrientedBox(0.3, -0.2, 3.0, 1.0, -2.0, 1.5, 0.7)
+    bodies = bodies_of([body])
+    used = gains()._replace(goal_bounded=0.0 if is_literal else 1.0, force_max_m_s2=math.inf)
+
+    def potential(at: Array) -> float:
+        gap = signed_distance_and_gradient(bodies, *at.tolist(), 0.0)[0]
+        return repulsive_potential(gap, float(np.linalg.norm(goal - at)), 4.0, used)
+
+    gap, *away = signed_distance_and_gradient(bodies, *place.tolist(), 0.0)
+    if not 0.2 < gap < 3.9:
+        return
+    step = 1e-5
+    expected = [-(potential(place + step * axis) - potential(place - step * axis)) / (2.0 * step) for axis in np.eye(3)]
+    found = repulsion(gap, *away, *(goal - place).tolist(), 4.0, used)
+    np.testing.assert_allclose(found, expected, rtol=2e-5, atol=2e-5)
+
+
+@FEW
+@given(st.floats(-1.0, 8.0), vector, st.floats(0.5, 6.0))
+def test_repulsion_ends_at_its_reach_and_pushes_outwards_before(gap: float, goal: Array, reach: float) -> None:
+    out = np.array(repulsion(gap, 1.0, 0.0, 0.0, *goal.tolist(), reach, gains(modules="")))
+    assert np.isfinite(out).all()
+    assert (out[0] > 0.0) == (gap < reach)
+    near = np.array(repulsion(reach - 1e-7, 1.0, 0.0, 0.0, *goal.tolist(), reach, gains()))
+    assert np.abs(near).max() < 1e-4
+
+
+@FEW
+@given(vector, vector)
+def test_no_force_is_left_at_the_goal(goal: Array, beside: Array) -> None:
+    size = float(np.linalg.norm(beside))
+    if size < 1.5:
+        return
+    shapes: list[Shape] = [Sphere(*(goal + beside).tolist(), 1.0), Sphere(*(goal - 0.9 * beside).tolist(), 1.0)]
+    with_a = forces(shapes, goal, np.zeros(3), goal, gains(modules="A"))
+    assert np.abs(with_a[FORCE : FORCE + 3]).max() < 1e-9
+    if size < 3.0:
+        assert np.abs(forces(shapes[:1], goal, np.zeros(3), goal, gains(modules=""))[FORCE : FORCE + 3]).max() > 1e-3
+
+
+@FEW
+@given(vector, vector, vector, vector, st.floats(0.0, 2.0 * math.pi), vector)
+def test_the_field_turns_and_moves_with_the_scene(
+    place: Array, velocity: Array, goal: Array, centre: Array, turn: float, moved: Array
+) -> None:
+    cos, sin = math.cos(turn), math.sin(turn)
+    turned = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
+    body = np.array((1.0, -0.5, 0.2))
+    here: list[Shape] = [Sphere(*centre.tolist(), 1.0, tuple(body))]
+    there: list[Shape] = [Sphere(*(turned @ centre + moved).tolist(), 1.0, tuple(turned @ body))]
+    one = forces(here, place, velocity, goal, gains())
+    two = forces(there, turned @ place + moved, turned @ velocity, turned @ goal + moved, gains())
+    assert np.isfinite(one).all()
+    if one[7] > 0.05 and math.hypot(*(velocity - body)[:2]) > 0.01:  # inside, and straight above, directions are arbitrary
+        np.testing.assert_allclose(two[:3], turned @ one[:3], rtol=1e-6, atol=1e-6)
+
+
+@FEW
+@given(vector, vector)
+def test_closest_approach_is_the_least_distance(line_of_sight: Array, relative: Array) -> None:
+    t_s, *rest = closest_approach(*line_of_sight.tolist(), *relative.tolist())
+    miss, size = np.array(rest[:3]), rest[3]
+    assert size == pytest.approx(float(np.linalg.norm(miss)))
+    times = np.linspace(0.0, 2.0 * t_s + 1.0, 400)
+    distances = np.linalg.norm(line_of_sight - relative * times[:, None], axis=1)
+    assert size <= distances.min() + 1e-9
+    if t_s > 0.01 and size > 0.06:
+        side = np.array(passing_side(*miss.tolist(), size, relative[0], relative[1], 1.0))
+        assert abs(side @ relative) < 1e-6 * max(1.0, float(np.linalg.norm(relative)))
+        assert closest_approach(*line_of_sight.tolist(), *(relative + 1e-4 * side).tolist())[4] >= size - 1e-9
+
+
+def test_head_on_everybody_passes_on_the_same_hand() -> None:
+    assert passing_side(0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 1.0) == (0.0, 1.0, 0.0)  # northwards: to the east, the right
+    assert passing_side(0.0, 0.0, 0.0, 0.0, -3.0, 0.0, 1.0) == (0.0, -1.0, 0.0)
+
+
+def test_braking_stops_within_the_room_and_never_drives_on() -> None:
+    used = gains()
+    assert braking_m_s2(2.0, 4.5, 2.0, 1.0, 1.0, used) == pytest.approx(0.5)
+    assert braking_m_s2(-2.0, 4.5, 2.0, 1.0, 1.0, used) == 0.0
+    assert braking_m_s2(2.0, 4.5, 2.0, math.cos(0.25 * math.pi), 1.0, used) == 0.0
+    assert braking_m_s2(6.0, 0.0, 6.0, 1.0, 1.0, used) == used.braking_m_s2
+
+
+@FEW
+@given(st.floats(-2.0, 12.0), st.floats(0.0, 5.0), st.floats(0.0, 2.0), st.floats(0.0, 3.0), st.booleans())
+def test_activation_grows_with_speed_and_size(closing: float, speed: float, more: float, radius: float, printed: bool) -> None:
+    used = gains()._replace(printed=float(printed), obstacle_s=5.0)
+    least = activation_m(closing, speed, radius, used)
+    assert used.reach_min_m <= least <= used.reach_max_m
+    assert activation_m(closing + more, speed + more, radius, used) >= least
+    assert activation_m(closing, speed, radius + more, used) >= least
+
+
+def test_the_fuzzy_gain_is_monotone_but_for_the_printed_swap() -> None:
+    table = np.array([[speed_gain(d, a, 0.0) for a in np.linspace(-10, 190, 60)] for d in np.linspace(4, 16, 60)])
+    assert table.min() >= 0.05
+    assert table.max() <= 0.25
+    assert (np.diff(table, axis=0) >= -1e-12).all()
+    assert (np.diff(table, axis=1) >= -1e-12).all()
+    assert speed_gain(DISTANCES_M[1], ANGLES_DEG[1], 1.0) < speed_gain(DISTANCES_M[1], ANGLES_DEG[0], 1.0)
+
+
+@FEW
+@given(vector, vector, st.floats(0.01, 1.0), st.floats(0.01, 1.0))
+def test_limits_of_change_are_kept(wanted: Array, before: Array, turn_max: float, change_max: float) -> None:
+    limited = wanted.copy()
+    limit_turn(limited, before, turn_max)
+    size, old = float(np.linalg.norm(limited)), float(np.linalg.norm(before))
+    assert size <= float(np.linalg.norm(wanted)) + 1e-9
+    if size > 0.01 and old > 0.01:
+        assert math.acos(min(1.0, float(limited @ before) / size / old)) <= turn_max + 1e-6
+    limit_change(limited, before, change_max)
+    assert float(np.linalg.norm(limited - before)) <= change_max + 1e-9
+
+
+@FEW
+@given(st.integers(0, 2**31), st.floats(0.3, 2.0))
+def test_the_barrier_keeps_its_distance_for_ever(seed: int, alpha: float) -> None:
+    """Exact states, a velocity that is flown at once, one convex body that moves straight on (property 8)."""
+    generator = np.random.default_rng(seed)
+    shape = OrientedBox(0.0, 0.0, 2.0, 1.0, -1.0, 1.0, 0.4, tuple(generator.uniform(-1.5, 1.5, 3)))
+    bodies, place, kept_m, dt_s = bodies_of([shape]), np.array((3.0, 2.0, 0.5)), 0.5, 0.1
+    which, gaps = np.zeros(1, dtype=np.int64), np.zeros((1, 4))
+    goes = generator.uniform(-6.0, 6.0, 3)
+    for step in range(60):
+        count = nearest_bodies(bodies, *place.tolist(), step * dt_s, math.inf, which, gaps)
+        velocity = goes.copy()
+        filter_velocity(bodies, which, gaps, count, velocity, kept_m, BARRIER, alpha, 3.0, 0.1, np.zeros(1))
+        place = place + dt_s * velocity
+        nearest_bodies(bodies, *place.tolist(), (step + 1) * dt_s, math.inf, which, gaps)
+        assert gaps[0, 0] >= kept_m - 1e-9
