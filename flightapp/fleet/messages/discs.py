@@ -1,4 +1,4 @@
-"""Obstacles that one vehicle's camera sees and that others may meet, a few times a second, the nearest dozen at most."""
+"""Obstacles that one vehicle's camera sees and that others may meet, once a second, a dozen at most: see `fleet.sharing`."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ What is for one of the others alone stands at `flightapp/<fleet>/<vehicle>/<kind
 | state    | the vehicle, publication | 20 Hz (`state_rate_hz`), see below | motion, phase, outcome                         |
 | intent   | the vehicle, publication | on change and 2 Hz             | mode, goal, arrival time, guards, mission's digest |
 | sighting | the vehicle, publication | when its camera sees the target | where the target was seen, and how well           |
-| discs    | the vehicle, publication | a few times a second           | obstacles that others may meet, 12 at most         |
+| discs    | a pursuer, publication   | once a second (`share_discs`)  | obstacles that others may meet, 8 of 12 at most    |
 | election | the pursuer, publication | 10 Hz, and when it is asked     | its standing in the election of a leader           |
 | plan     | the leader, publication  | 5 Hz                           | who closes in from where, arrival, members         |
 | verdict  | the pursuer, publication | 10 Hz while it holds           | its own view that the evader is captured           |
