@@ -20,6 +20,7 @@ PARTS = (
 """Longest first."""
 WHOLE = (
     "flightapp.sim.batch",
+    "flightapp.sim.batch.volume.world",
     "flightapp.planning.ac2f.planner",
     "perception.synthetic.depth_renderer",
     "perception.tracking.tracker",

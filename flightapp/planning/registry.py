@@ -34,6 +34,7 @@ TEAM_PLANS: Mapping[str, str] = {
 EVADERS: Mapping[str, str] = {
     "adversarial": "flightapp.planning.evasion.adversarial",
     "boundary-seeking": "flightapp.planning.evasion.boundary_seeking",
+    "climb-and-dive": "flightapp.planning.evasion.climb_and_dive",
     "flee-nearest": "flightapp.planning.evasion.flee_nearest",
     "gap-runner": "flightapp.planning.evasion.gap_runner",
     "goal-seeker": "flightapp.planning.evasion.goal_seeker",

@@ -24,6 +24,9 @@ PASSED_SHARE = 0.7
 """Of the margin: an obstacle is passed above or below with this much of it, so that one that is kept to exactly does not come
 and go with the noise of the height."""
 
+REACTED_SHARE = 0.5
+"""Of the reaction time that is still to come where the present motion is judged: it follows what was asked for before."""
+
 
 class HeightMemory:
     """Obstacles of known height that have left the view: below a vehicle that flies over them, none sees them."""
@@ -73,8 +76,8 @@ def vertical_room(
     above = discs[:, TOP] - down_m - margin
     below = down_m - discs[:, BOTTOM] - margin
     spared = (1.0 - PASSED_SHARE) * margin
-    over = above + spared >= stopping_m(down_m_s, braking, reaction)
-    under = below + spared >= stopping_m(-down_m_s, braking, reaction)
+    over = above + spared >= stopping_m(down_m_s, braking, REACTED_SHARE * reaction)
+    under = below + spared >= stopping_m(-down_m_s, braking, REACTED_SHARE * reaction)
     near = offsets_m <= near_m
     floor = float(above[over & near].min(initial=np.inf))
     ceiling = float(below[under & near].min(initial=np.inf))
