@@ -1,7 +1,7 @@
 """Obstacles told between vehicles, as the control loop runs it: the own camera's for the others, theirs for the own planner.
 
 Between pursuers only, and only if the profile says so (`network.share_discs`). The supervisor is never given what was told: a
-mate that lies, or tells what is long gone, can lead the planner a longer way, but neither stop the vehicle nor free the way.
+mate that lies, or tells what is long gone, can lead the planner a longer way or have it wait, but free no way and move no guard.
 """
 
 from __future__ import annotations
