@@ -766,6 +766,35 @@ def control_study(
     raise typer.Exit((0 if finished.acceptance.accepted else 1) if finished.complete else INTERRUPTED)
 
 
+@campaign_app.command("apf")
+def field_study(
+    seeds: Annotated[str, typer.Option("--seeds", help="Of the random scenes: 17, 0-999 or 3,5,20-29.")] = "0-999",
+    method: Annotated[list[str] | None, typer.Option("--method", help='As "APF+A"; repeatable, default all.')] = None,
+    step_m: Annotated[float, typer.Option("--step-m", help="Of the vehicle in the random scenes; 0.02 is printed.")] = 0.0325,
+    literal: Annotated[bool, typer.Option("--literal", help="Attraction and goal factor without bounds, as printed.")] = False,
+    as_json: Json = False,
+    output: Annotated[Path | None, typer.Option("--out", help="New folder; default campaigns/TIME-apf.")] = None,
+) -> None:
+    """Fly the scenes of the adaptive potential field's paper, and its ablation over random scenes with moving obstacles.
+
+    In three dimensions and by the source's own fixed steps. Writes table.md, with the printed tables beside, and apf.json.
+
+    Exit status: 0 finished, 2 bad input, 3 fault.
+
+    Example: flightapp campaign apf --seeds 0-999
+    """
+    from flightapp.analysis.campaign.seeds import parse_seeds
+    from flightapp.sim.field_study.methods import METHODS
+    from flightapp.sim.field_study.study import FieldStudy, run_field_study
+
+    finished = run_field_study(FieldStudy(parse_seeds(seeds), tuple(method or METHODS), step_m, literal), output)
+    if as_json:
+        print(json.dumps(finished.summary, indent=2))
+    else:
+        print(finished.table)
+        print(f"files:  {finished.folder}")
+
+
 @app.command()
 def tune(
     scenario: Scenario,

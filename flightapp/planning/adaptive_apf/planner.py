@@ -118,9 +118,7 @@ class AdaptiveApfPlanner:
         wanted = self._wanted(force, base, goal, mode, dt_s)
         if flat:
             wanted[2] = 0.0
-        filtered = self._within_limits(wanted, base, count, dt_s)
-        if flat:
-            wanted[2] = 0.0
+        filtered = self._within_limits(wanted, base, count, dt_s, flat=flat)
         self._command = wanted
         if goal is not None and self._captured(observation, goal):
             mode, reason = DONE, "the capture rule is met"
@@ -192,13 +190,13 @@ class AdaptiveApfPlanner:
         total = float(np.linalg.norm(wanted))
         return wanted * min(1.0, speed_max / total) if total > 0.0 else wanted
 
-    def _within_limits(self, wanted: Array, base: Array, count: int, dt_s: float) -> bool:
+    def _within_limits(self, wanted: Array, base: Array, count: int, dt_s: float, *, flat: bool) -> bool:
         """Change `wanted` (3,) to what the vehicle can do from `base` and what is safe; whether the safety filter changed it."""
         limits = self._limits
         change_max = limits.acceleration_max_m_s2 * dt_s
         limit_turn(wanted, base, limits.yaw_rate_max_rad_s * dt_s)
         limit_change(wanted, base, change_max)
-        filtered = False
+        filtered, level = False, float(wanted[2])
         if self._parameters.filter_form > 0.0:
             kept_m = limits.body_radius_m + self._parameters.margin(limits)
             filtered = filter_velocity(
@@ -206,6 +204,8 @@ class AdaptiveApfPlanner:
                 self._parameters.barrier_1_s, self._parameters.braking_share * limits.acceleration_max_m_s2,
                 self._parameters.reaction_s, self._shares,
             )  # fmt: skip
+            if flat:
+                wanted[2] = level
             limit_change(wanted, base, change_max)
         climb = max(-limits.climb_rate_max_m_s, min(limits.climb_rate_max_m_s, float(wanted[2])))
         wanted[2] = climb

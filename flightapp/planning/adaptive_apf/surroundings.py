@@ -35,7 +35,7 @@ class Surroundings:
     def look(self, observation: Observation, target: Array | None) -> None:
         """Take over what is seen now; `target` (3,) is where the target is, whose own disc is no obstacle."""
         discs = observation.obstacles.discs
-        usable = np.isfinite(discs[:, :3]).all(axis=1) & (discs[:, 2] >= 0.0) & ~np.isnan(discs).any(axis=1)
+        usable = np.isfinite(discs[:, :5]).all(axis=1) & (discs[:, 2] >= 0.0) & ~np.isnan(discs).any(axis=1)
         self.dropped = len(discs) - int(usable.sum())
         bodies = bodies_of_discs(discs[usable])
         passed_s = min(max(0.0, observation.t_s - observation.obstacles.t_s), self._parameters.prediction_max_s)

@@ -1,4 +1,4 @@
-"""What is compared: the potential field, its modules added in the source's order, and two methods built from other papers."""
+"""What is compared: the potential field, its modules added in the source's order, and one method built from a summary."""
 
 from __future__ import annotations
 
@@ -17,13 +17,12 @@ REACH_M = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """Modules "" to "ABCD"; inertia: see `paper_step.fly_steps`; searched: its gains are searched for each scene (GWO)."""
+    """Modules "" to "ABCD"; inertia: see `paper_step.fly_steps`."""
 
     name: str
     modules: str
     inertia_1_s: float = 0.0
     only_closing: bool = False
-    searched: bool = False
 
 
 METHODS: dict[str, Method] = {
@@ -35,7 +34,6 @@ METHODS: dict[str, Method] = {
         Method("APF+A+B+C", "ABC"),
         Method("A-APF", "ABCD"),
         Method("IAPF-style", "A", inertia_1_s=4.0, only_closing=True),
-        Method("GWO-APF", "A", searched=True),
     )
 }
 PRINTED = {
@@ -45,7 +43,6 @@ PRINTED = {
     "APF+A+B+C": (94.1, 14.96, 38.65),
     "A-APF": (96.3, 14.79, 27.89),
     "IAPF-style": (95.7, 14.87, 32.45),
-    "GWO-APF": (95.1, 14.96, 31.68),
 }
 """Tables 7 and 8: success in %, length in m, largest turn rate in deg/s."""
 
