@@ -9,6 +9,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from flightapp.bench.adaptive_apf import adaptive_apf_measurements
 from flightapp.bench.camera import camera_measurements
 from flightapp.bench.control import controller_measurement
 from flightapp.bench.encirclement import encirclement_measurements
@@ -76,6 +77,7 @@ def _measured(
         *decisions,
         *encirclement_measurements(limits, 0.05 * seconds),
         *hunting_measurements(limits, 0.05 * seconds),
+        *adaptive_apf_measurements(limits, 0.05 * seconds),
         *depth,
         supervisor_measurement(loaded, hardware, vehicle, limits, 0.1 * seconds),
         recorder_measurement(limits, 0.1 * seconds),
