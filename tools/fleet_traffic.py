@@ -117,6 +117,7 @@ def main() -> None:
     parser.add_argument("--budget", type=float, default=BUDGET_KBIT_S, help="network.fleet_kbit_s_max of the profile")
     parser.add_argument("--layout", choices=("chase", "ring"), default="chase")
     parser.add_argument("--secure", action="store_true", help="QUIC with certificates that last as long as the run")
+    parser.add_argument("--discs", action="store_true", help="network.share_discs of the profile: 8 a second from each pursuer")
     parser.add_argument("--keys", type=Path, default=None, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.member is not None:
@@ -183,6 +184,7 @@ def print_wire(options: argparse.Namespace, more: list[str]) -> None:
     vehicles, seconds = options.vehicles, options.seconds
     arguments = [sys.executable, __file__, "--vehicles", str(vehicles), "--seconds", str(seconds), "--layout", options.layout]
     arguments += ["--state-rate", str(options.state_rate), "--budget", str(options.budget), *more]
+    arguments += ["--discs"] * options.discs
     processes = [
         subprocess.Popen([*arguments, "--member", str(number)], stdout=subprocess.PIPE, stdin=subprocess.PIPE)
         for number in range(vehicles)
@@ -270,7 +272,7 @@ class Member:
                 self._plans.put(plan_at(now_s, self._options.vehicles), now_s)
         if 0 < self._number <= SIGHTING_BY and self._is_due("sighting", SIGHTING_PERIOD_S, now_s):
             self._sightings.put(sighting_at(now_s), now_s)
-        if self._number > 0 and self._is_due("discs", DISCS_PERIOD_S, now_s):
+        if self._options.discs and self._number > 0 and self._is_due("discs", DISCS_PERIOD_S, now_s):
             self._discs.put(discs_at(now_s), now_s)
         if self._is_due("state", 1.0 / self._options.state_rate, now_s):
             state = state_at(now_s, self._number, self._options.vehicles, self._options.layout)
