@@ -113,7 +113,9 @@ class VelocityTracker:
         return replace(hover, compensation_ned_m_s2=self._against())
 
     def _against(self) -> Array:
-        against = -self._state[DISTURBANCE : DISTURBANCE + 3]
+        """No more than the guards let through: what is beyond would be dropped as a whole."""
+        against = np.zeros(3)
+        shortened(-self._state[DISTURBANCE : DISTURBANCE + 3], against, self._gains.law.acceleration_max_m_s2)
         against[2] = min(self._gains.law.vertical_max_m_s2, max(-self._gains.law.vertical_max_m_s2, against[2]))
         return against
 

@@ -32,15 +32,15 @@ def run_guarded(command: Sequence[str], timeout_s: float, last_resort: Sequence[
 
     last_resort: a command that lands the vehicle, run after a death in the climb and where the vehicle was left in it.
 
-    SIGTERM and SIGINT are passed on, so that the vehicle process lands and closes its recording.
+    SIGTERM and SIGINT are passed on, so that the vehicle process lands and closes its recording; a last resort is ended by them.
     """
     signal.signal(signal.SIGHUP, signal.SIG_IGN)  # A lost terminal must not end a flight; the child inherits this.
     read_end, write_end = os.pipe()
-    child = subprocess.Popen([*command, "--heartbeat-fd", str(write_end)], pass_fds=[write_end])
+    told = child = subprocess.Popen([*command, "--heartbeat-fd", str(write_end)], pass_fds=[write_end])
     os.close(write_end)
 
     def forward(_number: int, _frame: FrameType | None) -> None:
-        child.send_signal(signal.SIGTERM)
+        told.send_signal(signal.SIGTERM)
 
     signal.signal(signal.SIGTERM, forward)
     signal.signal(signal.SIGINT, forward)
@@ -54,7 +54,8 @@ def run_guarded(command: Sequence[str], timeout_s: float, last_resort: Sequence[
         if not 0 <= status <= EXIT_FAULT:
             status = _report(f"vehicle process ended by itself with status {status}")
     if stage in (CLIMBING, LEFT) and last_resort:
-        subprocess.run(last_resort, check=False)
+        told = subprocess.Popen(last_resort)
+        told.wait()
     return status
 
 

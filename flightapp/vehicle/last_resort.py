@@ -11,6 +11,7 @@ commanded.
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import time
 from enum import Enum
@@ -26,6 +27,8 @@ from pymavlink.dialects.v20 import common as mavlink
 TIMEOUT_S = 900.0
 """As long as a battery lasts: who comes back later need not be landed any more."""
 RETRY_S = 0.5
+SILENCE_MAX_S = 5.0
+"""Then the link is opened anew: one that the other side has closed stays silent for good."""
 COMPANION = 191
 """MAVLink component id of an onboard computer."""
 AUTO, TAKEOFF, LOITER, LAND = 4, 2, 3, 6
@@ -74,6 +77,7 @@ class _Talk:
     def __init__(self, url: str, system_id: int) -> None:
         self._url, self._system_id = url, system_id
         self._link: Any = None
+        self._heard_ns = 0
         self.found = ""
         """How far it has come."""
 
@@ -95,12 +99,16 @@ class _Talk:
     def _answered(self) -> Advice | None:
         if self._link is None:
             self._link = _open(self._url, self._system_id)
+            self._heard_ns = monotonic_ns()
         link = self._link
         link.mav.heartbeat_send(mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)
         heard = link.recv_match(type="HEARTBEAT", blocking=True, timeout=0.5)
         if heard is None or heard.get_srcSystem() != self._system_id or heard.autopilot == mavlink.MAV_AUTOPILOT_INVALID:
             self._say(self.found or "not heard")
+            if monotonic_ns() - self._heard_ns > SILENCE_MAX_S * 1e9:
+                self.close()
             return None
+        self._heard_ns = monotonic_ns()
         told = advice(heard.base_mode, heard.custom_mode)
         if told is Advice.LAND:
             self._say("LAND was commanded and not seen")
@@ -126,9 +134,12 @@ def _open(url: str, system_id: int) -> Any:
 
 def main() -> None:
     """`python -m flightapp.vehicle.last_resort URL SYSTEM_ID`."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # The deadman passes it on; a terminal's Ctrl-C comes by itself.
     try:
         sentence = bring_down(sys.argv[1], int(sys.argv[2]))
     except KeyboardInterrupt:
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, signal.SIG_IGN)
         sentence = "ended by a person; nothing more is commanded"
     sys.stderr.write(f"last resort: {sentence}\n")
 

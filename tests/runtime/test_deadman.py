@@ -106,7 +106,8 @@ def test_only_a_vehicle_left_in_its_climb_is_landed_and_silence_does_not_kill_wh
     tmp_path: Path, told: str, landed: bool
 ) -> None:
     child = (
-        "import os, sys, time; told = sys.argv[1]; os.write(int(sys.argv[-1]), told.encode()); time.sleep(0.4 * (told in 'li'))"
+        "import os, sys, time; told = sys.argv[1]; os.write(int(sys.argv[-1]), told.encode()); time.sleep(0.4 * (told in 'li')); "
+        "os._exit(0)"
     )
     last_resort = tmp_path / "landed"
     guard = "import sys; from flightapp.runtime.deadman import run_guarded; "
@@ -115,6 +116,24 @@ def test_only_a_vehicle_left_in_its_climb_is_landed_and_silence_does_not_kill_wh
     command = [sys.executable, "-c", guard, touch, str(last_resort), sys.executable, "-c", child, told]
     assert subprocess.run(command, timeout=30, check=False).returncode == 0
     assert last_resort.exists() == landed
+
+
+def test_a_termination_signal_ends_a_last_resort_that_waits(tmp_path: Path) -> None:
+    waits = tmp_path / "waits"
+    guard = "import sys; from flightapp.runtime.deadman import run_guarded; "
+    guard += "sys.exit(run_guarded(sys.argv[3:], 5.0, [sys.executable, '-c', sys.argv[1], sys.argv[2]]))"
+    resort = "import pathlib, sys, time; pathlib.Path(sys.argv[1]).touch(); time.sleep(60)"
+    child = "import os, sys; os.write(int(sys.argv[-1]), b'l')"
+    deadman = subprocess.Popen([sys.executable, "-c", guard, resort, str(waits), sys.executable, "-c", child])
+    deadline_s = time.monotonic() + 20.0
+    while not waits.exists() and time.monotonic() < deadline_s:
+        time.sleep(0.02)
+    assert waits.exists()
+    deadman.terminate()
+    try:
+        assert deadman.wait(20.0) == 0
+    finally:
+        deadman.kill()
 
 
 def test_silence_after_it_is_not() -> None:

@@ -16,6 +16,7 @@ from pymavlink import mavutil
 from pymavlink.dialects.v20 import common as mavlink
 
 from flightapp.sim.autopilot_modes import Mode
+from flightapp.vehicle import last_resort
 from flightapp.vehicle.last_resort import bring_down
 
 SYSTEM_ID = 7
@@ -77,3 +78,21 @@ def test_whoever_chose_another_mode_meanwhile_keeps_it() -> None:
 def test_a_device_that_is_not_there_is_tried_until_the_end(capsys: pytest.CaptureFixture[str]) -> None:
     assert "does not work" in bring_down("serial:///dev/no-such-autopilot:57600", SYSTEM_ID, 0.7)
     assert "/dev/no-such-autopilot" in capsys.readouterr().err
+
+
+def test_a_link_that_the_other_side_has_closed_is_opened_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(last_resort, "SILENCE_MAX_S", 0.2)
+    came = []
+
+    def serve() -> None:
+        first, _ = server.accept()
+        first.close()
+        came.append(server.accept()[0])
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        serving = threading.Thread(target=serve, daemon=True)
+        serving.start()
+        bring_down(f"tcpout://127.0.0.1:{server.getsockname()[1]}", SYSTEM_ID, 2.0)
+        serving.join(2.0)
+        assert len(came) == 1
+        came[0].close()
