@@ -15,6 +15,7 @@ from flightapp.planning.ac2f.planner import Ac2fPlanner
 from flightapp.planning.ac2f.volume.clearance import PASSED_SHARE, HeightMemory, vertical_room
 from flightapp.planning.ac2f.volume.intercept import meeting_time_s
 from flightapp.planning.ac2f.volume.parameters import VolumeParameters
+from flightapp.planning.ac2f.volume.planner import VolumePlanner
 from flightapp.planning.api import Planner
 from flightapp.planning.registry import make_planner
 from flightapp.runtime.hover import Hover, wish_of
@@ -153,6 +154,19 @@ def test_it_climbs_to_the_evader_over_what_it_can_pass_and_captures_it_in_space(
     assert told[-1].diagnostics["captured"]
     assert max(abs(float(one.velocity_ned_m_s[1])) for one in told) < 0.5, "straight over the wall"
     assert len(told) < 90
+
+
+def test_what_its_search_weighed_is_told_as_in_the_plane() -> None:
+    near = ((0.0, 0.0, 5.0), (3.0, 0.5, 5.0, 0.0, 0.0, 0.0), discs_of(), 3)
+    in_space, in_plane = planner(), planner("plane")
+    flown(in_space, *near)
+    flown(in_plane, *near)
+    assert isinstance(in_space, VolumePlanner)
+    assert isinstance(in_plane, Ac2fPlanner)
+    told, planar = in_space.candidates(), in_plane.candidates()
+    assert told is not None
+    assert planar is not None
+    assert repr(told) == repr(planar)
 
 
 def test_right_below_the_evader_it_is_not_captured() -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from flightapp.core.clearance import closest_approach_m
 from flightapp.core.types import Array, Decision, Limits, Observation, ObstacleSet, TargetTrack
 from flightapp.planning.ac2f.braking import braking_speed_m_s
+from flightapp.planning.ac2f.candidates import Candidates
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.planner import Ac2fPlanner
 from flightapp.planning.ac2f.volume.clearance import SAME_M, HeightMemory, VerticalRoom, stopping_m, vertical_room
@@ -61,6 +62,10 @@ class VolumePlanner:
         diagnostics = {**decision.diagnostics, "captured": captured, "passed_discs": int((~room.blocking).sum())}
         diagnostics["meeting_s"] = None if meeting_s is None or math.isnan(meeting_s) else meeting_s
         return replace(decision, velocity_ned_m_s=velocity, goal_ned_m=goal, diagnostics=diagnostics, flies_height=True)
+
+    def candidates(self) -> Candidates | None:
+        """As the planar planner's, for the recording."""
+        return self._planar.candidates()
 
     def _room(self, observation: Observation, discs: Array) -> VerticalRoom:
         """What blocks, and how fast the vehicle may climb and sink."""
