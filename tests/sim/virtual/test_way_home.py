@@ -13,7 +13,7 @@ from flightapp.core.errors import InputError
 from flightapp.recording.reader import read_recording
 from flightapp.runtime.control_loop import Guidance
 from flightapp.runtime.outcome import Outcome
-from flightapp.runtime.way_home import shape_of
+from flightapp.runtime.way_home import WayHome, shape_of
 from flightapp.sim.autopilot_modes import Mode
 from flightapp.sim.virtual.fleet import VirtualFleet
 from flightapp.sim.virtual.mission import fly_virtual
@@ -79,13 +79,20 @@ def test_a_pilot_who_takes_over_on_the_way_home_has_the_vehicle(tmp_path: Path) 
     assert [what for t_s, what in one.autopilot.commanded if t_s > taken_s[0]] == []
 
 
-def test_where_everything_is_blocked_it_lands_where_it_is(tmp_path: Path) -> None:
+def test_where_everything_is_blocked_it_lands_where_it_is_and_is_under_the_guards_until_it_knows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    thought_s: list[float] = []
+    plan = WayHome.plan
+    monkeypatch.setattr(WayHome, "plan", lambda self, *given: (thought_s.append(self._clock.now_s()), plan(self, *given))[1])
     closed = tmp_path / "closed.toml"
     closed.write_text(MISSION.read_text().replace("width_m = 26.0", "width_m = 49.0").replace("limit_s = 17.0", "limit_s = 5.0"))
     fleet, places, texts = flown(closed, tmp_path / "run")
     one = fleet.vehicles["e1"]
     assert not one.station.core.armed
     assert texts[-1] == "landing instead"
+    landed_s = next(t_s for t_s, what in one.autopilot.commanded if t_s > thought_s[0])
+    assert sum(thought_s[0] < sent[0] < landed_s for sent in one.autopilot.sent) > 3, "the control loop waited for the planning"
     assert math.dist(one.position_ned_m[:2], places[0][:2]) < 3.0
 
 
