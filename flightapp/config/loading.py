@@ -59,12 +59,17 @@ def load(model: type[Model], path: Path) -> Model:
 
 
 def _sentence(path: Path, model: type[BaseModel], finding: Any) -> str:
-    parts = _own_parts(finding["loc"])
+    kind, place = finding["type"], _untagged(finding["loc"])
+    parts = _own_parts(place)
     location = _location(parts)
     shown = _shown(finding["input"])
-    kind = finding["type"]
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        field = str(finding["ctx"]["discriminator"]).strip("'")
+        if kind == "union_tag_not_found":
+            return f"{path}: {location}.{field}: missing; this field is required"
+        return f"{path}: {location}.{field} = {finding['ctx']['tag']!r}: must be one of {finding['ctx']['expected_tags']}"
     if kind == "extra_forbidden":
-        known = _known_keys(model, parts[:-1])
+        known = _known_keys(model, finding["loc"][:-1])
         near = difflib.get_close_matches(str(parts[-1]), known, n=1, cutoff=0.5)
         right = f"did you mean '{near[0]}'?" if near else f"known here: {', '.join(sorted(known))}"
         return f"{path}: {location} = {shown}: unknown field; {right}"
@@ -74,7 +79,7 @@ def _sentence(path: Path, model: type[BaseModel], finding: Any) -> str:
         message = str(finding["ctx"]["error"])
         if _NAMES_A_FIELD.match(message):
             return f"{path}: {f'{location}.' if location else ''}{message}"
-    elif parts != finding["loc"]:
+    elif parts != place:
         message = "must be a number, true or false, a text, a list of numbers, or a table of numbers and texts"
         return f"{path}: {location}: {message}"
     else:
@@ -131,6 +136,11 @@ def _own_parts(parts: tuple[int | str, ...]) -> tuple[int | str, ...]:
     if "parameters" in parts:
         return parts[: parts.index("parameters") + 2]
     return parts
+
+
+def _untagged(parts: tuple[int | str, ...]) -> tuple[int | str, ...]:
+    """The location without what the validator adds for the shape of a known obstacle."""
+    return (*parts[:2], *parts[3:]) if parts[:1] == ("known_obstacles",) else parts
 
 
 def _shown(value: Any) -> str:

@@ -103,6 +103,18 @@ def test_the_autopilots_return_through_a_known_obstacle_is_refused(tmp_path: Pat
     path.write_text(MISSION.read_text().replace('way_home = "planned"', ""))
     with pytest.raises(InputError, match=r"known_obstacles\[0\] reaches up without end.*set way_home = \"planned\""):
         load_mission(path)
-    path.write_text(MISSION.read_text().replace('shape = "box"', 'shape = "cone"'))
-    with pytest.raises(InputError, match=r"known_obstacles"):
+
+
+@pytest.mark.parametrize(
+    ("good", "bad", "sentence"),
+    [
+        ('shape = "box"', 'shape = "cone"', r"known_obstacles\[0\]\.shape = 'cone': must be one of 'cylinder', 'box', 'sphere'"),
+        ('shape = "box"', "", r"known_obstacles\[0\]\.shape: missing; this field is required"),
+        ("radius_m = 3.0", "radius_m = -3.0", r"known_obstacles\[1\]\.radius_m = -3.0: must be greater than 0"),
+    ],
+)
+def test_a_bad_known_obstacle_is_named_as_the_file_names_it(tmp_path: Path, good: str, bad: str, sentence: str) -> None:
+    path = tmp_path / "mission.toml"
+    path.write_text(MISSION.read_text().replace(good, bad))
+    with pytest.raises(InputError, match=sentence):
         load_mission(path)
