@@ -35,6 +35,8 @@ MODE_TIMEOUT_S = 5.0
 SETPOINTS_BEFORE_OFFBOARD = 15
 """PX4 accepts OFFBOARD only on a running stream (> 2 Hz for more than half a second)."""
 SHORT_HOLD_S = 3.0
+STANDS_M_S = 0.3
+"""Vertical speed of a vehicle in HOLD at most; one that is told to climb in HOLD has stuck telemetry."""
 HEIGHT_REACHED_FRACTION = 0.9
 
 
@@ -127,8 +129,8 @@ class Executive:
         while self._height_m() < wanted:
             now_s = rooms.clock.now_s()
             holds = self._authority.is_settled and rooms.autopilot.status().flight_mode == "HOLD"
-            if not holds or is_own_state_stale(rooms, now_s):  # An old height does not tell where the climb has ended.
-                climbing_s = now_s
+            if not holds or is_own_state_stale(rooms, now_s) or not self._stands():
+                climbing_s = now_s  # An old height, or one that is stuck, does not tell where the climb has ended.
             if now_s - climbing_s > SHORT_HOLD_S:
                 raise self._failsafes.release("HOLD below the mission height: not this app's choice")
             if now_s > deadline_s:
@@ -200,6 +202,10 @@ class Executive:
         while rooms.autopilot.status().heartbeat_s <= asked_s and rooms.clock.now_s() < asked_s + NEWS_TIMEOUT_S:
             await asyncio.sleep(POLL_PERIOD_S)
         return not rooms.autopilot.status().armed
+
+    def _stands(self) -> bool:
+        motion = self._rooms.autopilot.motion()
+        return motion is not None and abs(float(motion.state.velocity_ned_m_s[2])) < STANDS_M_S
 
     def _height_m(self) -> float:
         motion = self._rooms.autopilot.motion()

@@ -79,3 +79,24 @@ def test_a_pilot_who_took_over_while_the_link_was_lost_keeps_it(tmp_path: Path) 
 def test_only_what_the_climb_asked_for_is_ended(mode: Mode) -> None:
     assert (advice(ARMED, mode.custom_mode) is Advice.LAND) == (mode in (Mode.TAKEOFF, Mode.HOLD))
     assert advice(0, mode.custom_mode) is Advice.DISARMED
+
+
+def have_telemetry_stuck(flight: Flight) -> None:
+    assert flight.one.loop.phase == "takeoff"
+    flight.fault("telemetry", "stuck", duration_s=8.0)
+
+
+def pause(flight: Flight) -> None:
+    assert flight.one.loop.phase == "takeoff"
+    flight.one.station.core.pilot_takes(Mode.HOLD)
+
+
+@pytest.mark.parametrize(("what", "phase"), [(have_telemetry_stuck, "pursue"), (pause, "released")])
+def test_a_hold_below_the_height_is_a_pilots_only_if_the_vehicle_stands(
+    what: Callable[[Flight], None], phase: str, tmp_path: Path
+) -> None:
+    """PX4 goes to HOLD when its climb has ended; a height that is stuck since (fault campaign, seed 119) is no pilot's choice."""
+    flight = Flight(what, LANDED_S, at_s=IN_THE_CLIMB_S, until=lambda flight: flight.one.loop.phase == phase).fly(
+        tmp_path / "run"
+    )
+    assert flight.one.loop.phase == phase
