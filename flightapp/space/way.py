@@ -33,6 +33,8 @@ def is_way_free(
     is refused that comes nearer than gap_m + RESOLUTION_M / 2. `cells` must reach farther than that.
     """
     length = math.sqrt(along_n * along_n + along_e * along_e + along_d * along_d)
+    if not math.isfinite(length + north + east + down):
+        return False  # what is not a number would be compared for ever
     flown = 0.0
     while True:
         share = flown / length if length > 0.0 else 0.0

@@ -98,3 +98,14 @@ def test_what_does_not_fit_is_said() -> None:
 def test_a_gap_beyond_the_reach_is_refused() -> None:
     with pytest.raises(ValueError, match=r"gap_m = 11\.5"):
         World.of([]).is_way_free(np.zeros(3), np.ones(3), 11.5)
+
+
+@pytest.mark.parametrize(
+    ("start", "end"), [((math.nan, 0.0, -5.0), (10.0, 0.0, -5.0)), ((0.0, 0.0, -5.0), (math.inf, 0.0, -5.0))]
+)
+def test_a_way_that_does_not_begin_and_end_somewhere_is_not_free_and_the_question_ends(
+    start: tuple[float, ...], end: tuple[float, ...]
+) -> None:
+    world = World.of([Cylinder(50.0, 0.0, 1.0)])
+    assert not world.is_way_free(np.array(start), np.array(end), 1.0)
+    assert world.is_way_free(np.array((0.0, 0.0, -5.0)), np.array((10.0, 0.0, -5.0)), 1.0)
