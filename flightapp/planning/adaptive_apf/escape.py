@@ -135,3 +135,8 @@ def begin_escape(trap: Array, n: float, e: float, d: float, hold_s: float, t_s: 
     trap[TRIED] += 1.0
     trap[COUNT] = 0.0
     trap[TESTED] = 0.0
+
+
+def forget(trap: Array) -> None:
+    """Nothing is near that could trap: end the push, and count from the beginning."""
+    trap[COUNT] = trap[TESTED] = trap[UNTIL] = trap[TRIED] = 0.0

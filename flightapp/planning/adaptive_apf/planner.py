@@ -22,6 +22,7 @@ from flightapp.planning.adaptive_apf.escape import (
     UNTIL,
     begin_escape,
     escape_direction,
+    forget,
     is_trapped,
 )
 from flightapp.planning.adaptive_apf.field import COURSE, FIELD_SIZE, FORCE, GAIN, NEAREST, PUSH, REACH_OUT, RISK, sum_forces
@@ -141,7 +142,9 @@ class AdaptiveApfPlanner:
         force = field[FORCE : FORCE + 3].copy()
         if goal is None:
             return field[PUSH : PUSH + 3].copy(), HOLD, "the target was never seen or is lost"
-        if "B" in self._parameters.modules:
+        if not count:
+            forget(trap)  # held by somebody, not by bodies
+        elif "B" in self._parameters.modules:
             bodies, radius_m, speed = self._surroundings.bodies, self._limits.body_radius_m, self._limits.speed_max_m_s
             tolerance_m = self._parameters.capture.radius_m
             trapped = is_trapped(trap, self._past, bodies, self._which, count, place, aim, radius_m, speed, tolerance_m, t_s)
@@ -165,7 +168,7 @@ class AdaptiveApfPlanner:
             trap[TRIED] = 0.0
         spread = 0.5 * 1.5 ** trap[TRIED]
         push = escape_direction(*numbers(field[PUSH : PUSH + 3]), *numbers(ahead), *numbers(draw), spread)
-        nearest_m = float(self._surroundings.bodies[self._which[0], LENGTH]) if len(self._surroundings.bodies) else 0.0
+        nearest_m = float(self._surroundings.bodies[self._which[0], LENGTH])
         begin_escape(trap, *push, (nearest_m + field[REACH_OUT]) / self._limits.speed_max_m_s, t_s)
 
     def _wanted(self, force: Array, base: Array, goal: Goal | None, mode: str, dt_s: float) -> Array:

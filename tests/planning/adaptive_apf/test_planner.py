@@ -115,6 +115,15 @@ def test_a_trapped_vehicle_escapes_with_module_b_only_and_the_same_way_every_tim
     np.testing.assert_array_equal(one, two)
 
 
+def test_a_vehicle_that_somebody_holds_in_the_open_does_not_take_itself_for_trapped() -> None:
+    place, target = np.array((0.0, 0.0, -3.0)), np.array((60.0, 0.0, -3.0))
+    crowd = np.array([disc(60.0 + k, 0.0, 0.5) for k in range(7)] + [disc(6.0, 3.0, 0.5)])
+    far = np.array([disc(80.0, 5.0, 0.5)])
+    strategy = planner()
+    modes = [strategy.step(seen(PERIOD_S * k, place, np.zeros(3), target, crowd if k < 20 else far)).mode for k in range(80)]
+    assert set(modes) == {"pursue"}
+
+
 def test_without_its_own_state_it_holds_the_command_for_a_moment_and_then_stands() -> None:
     strategy = planner()
     place, target, none = np.zeros(3), np.array((20.0, 0.0, 0.0)), np.zeros((0, 7))
