@@ -18,7 +18,15 @@ from flightapp.core.errors import InputError
 from flightapp.core.types import Limits, ObstacleSet
 from flightapp.fleet.coordination.team_plan import TeamPlan
 from flightapp.planning.api import Planner
-from flightapp.planning.registry import evader_names, file_parameters, make_evader, make_planner, make_team_plan, planner_names
+from flightapp.planning.registry import (
+    evader_names,
+    file_parameters,
+    known_parameters,
+    make_evader,
+    make_planner,
+    make_team_plan,
+    planner_names,
+)
 from flightapp.recording.depth import DepthCamera
 from flightapp.recording.messages import CameraMounting
 from flightapp.recording.recorder import Recorder
@@ -54,7 +62,7 @@ def build_team_plan(mission: Mission, vehicle: Vehicle, profile: Profile, missio
     if vehicle.role != "pursuer":
         return None
     where = f"{mission_path}: strategy of '{vehicle.name}'"
-    given = with_facts(strategy_parameters(vehicle, mission_path, where), mission)
+    given = with_facts(vehicle.strategy.name, strategy_parameters(vehicle, mission_path, where), mission)
     return make_team_plan(vehicle.strategy.name, limits=limits_of(vehicle, profile), parameters=given)
 
 
@@ -83,13 +91,13 @@ def make_strategy(
 ) -> Planner:
     """The planner or evader policy `name` for `vehicle`; what `parameters` leave open is the mission's. `where` begins errors."""
     limits = limits_of(vehicle, profile)
-    given = with_facts(parameters, mission) if vehicle.role == "pursuer" else dict(parameters)
     if vehicle.role == "evader":
         if name not in evader_names():
             raise InputError(f"{where}: name = '{name}': no such evader policy; known: {', '.join(evader_names())}")
-        return _named(where, lambda: make_evader(name, limits=limits, parameters=given, seed=seed))
+        return _named(where, lambda: make_evader(name, limits=limits, parameters=parameters, seed=seed))
     if name not in planner_names():
         raise InputError(f"{where}: name = '{name}': no such planner; known: {', '.join(planner_names())}")
+    given = with_facts(name, parameters, mission)
     return _named(where, lambda: make_planner(name, limits=limits, parameters=given, seed=seed))
 
 
@@ -112,10 +120,11 @@ def feeds_forward(mission: Mission, profile: Profile) -> bool:
     return profile.control.acceleration_feed_forward or controller_of(mission, profile) != "autopilot"
 
 
-def with_facts(parameters: Mapping[str, object], mission: Mission) -> dict[str, object]:
-    """A pursuer's `parameters`; what they leave open of the mission's facts is the mission's."""
+def with_facts(name: str, parameters: Mapping[str, object], mission: Mission) -> dict[str, object]:
+    """A pursuer's `parameters`; of what they leave open, the strategy `name` is told those facts of the mission that it takes."""
     facts = {"capture": mission.capture.model_dump(), "evader_speed_assumed_m_s": mission.evader_speed_assumed_m_s}
-    return {**facts, **parameters}
+    known = known_parameters(name)
+    return {**{fact: value for fact, value in facts.items() if known is None or fact in known}, **parameters}
 
 
 def surveyed_obstacles(mission: Mission) -> ObstacleSet:
