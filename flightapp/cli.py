@@ -746,7 +746,8 @@ def control_study(
     """Fly a formation of five through obstacles in wind, with every controller and its printed and re-derived gains.
 
     On the source's ideal double integrator at 1 kHz, and at 50 Hz with the lag and delay of a vehicle under PX4. Writes
-    tables.md, control.json and control.png: tables 1 and 2 and figures 6 to 18 of the source beside ours.
+    tables.md and control.json: tables 1 and 2 and the figures of the source beside ours; control.png (figures 6 to 18),
+    tracking.png and formation.png of the first scene.
 
     Exit status: 0 the acceptance is met, 1 it is not, 2 bad input, 3 fault, 130 stopped by a person.
 

@@ -6,11 +6,11 @@ Specification 2.7. Bodies as `flightapp.space.bodies`; a clearance is what is le
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numba
-import numpy as np
 
+from flightapp.control.flat import FlatGains
 from flightapp.control.observer import VECTOR
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
@@ -20,7 +20,7 @@ from flightapp.space.distance import body_gap, signed_distance_and_gradient
 
 
 @dataclass(frozen=True, slots=True)
-class AvoidanceGains:
+class AvoidanceGains(FlatGains):
     """In the order of the kernels' array; the constants below name the places."""
 
     repulsion: float = 100.0
@@ -37,10 +37,6 @@ class AvoidanceGains:
     acceleration_max_m_s2: float = 6.0
     deviation_m: float = 1.0
     """Nearer than this to its reference the vehicle is on a way that has been checked: no emergency."""
-
-    def as_array(self) -> Array:
-        """(11,) float64."""
-        return np.array(astuple(self), dtype=np.float64)
 
 
 (

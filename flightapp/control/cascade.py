@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
-import numba
-import numpy as np
-
-from flightapp.control.law import known, shortened
-from flightapp.control.observer import VECTOR
+from flightapp.control.flat import FlatGains
+from flightapp.control.law import DECIDES, known, shortened
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 
 
 @dataclass(frozen=True, slots=True)
-class CascadeGains:
+class CascadeGains(FlatGains):
     """PX4's parameters; the vertical axis has its own, as there. In the order of the kernel's array."""
 
     position_1_s: float = 0.95
@@ -29,10 +26,6 @@ class CascadeGains:
     speed_max_m_s: float = 12.0
     feed_forward: float = 1.0
 
-    def as_array(self) -> Array:
-        """(10,) float64."""
-        return np.array(astuple(self), dtype=np.float64)
-
 
 SUM, LAST_VELOCITY, SLOPE, STARTED, WANTED, ERROR = 0, 3, 6, 9, 10, 13
 STATE_SIZE = 16
@@ -40,7 +33,7 @@ SLOPE_FILTER_S = 0.03
 """Of the derivative: MPC_VELD_LP, 5 Hz."""
 
 
-@compiled(numba.void(VECTOR, VECTOR, numba.float64, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR))
+@compiled(DECIDES)
 def decide_cascade(
     state: Array,
     gains: Array,
@@ -51,7 +44,7 @@ def decide_cascade(
     avoidance: Array,
     command: Array,
 ) -> None:
-    """command (3,): acceleration, limited in length. reference (9,): position, velocity, acceleration to be flown."""
+    """PX4's two loops: velocity by the error of position, acceleration by the error of velocity; the interface is `DECIDES`."""
     if state[STARTED] == 0.0:
         state[STARTED] = 1.0
         for k in range(3):

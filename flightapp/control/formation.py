@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numba
-import numpy as np
 
+from flightapp.control.flat import FlatGains
 from flightapp.control.observer import VECTOR
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
@@ -17,7 +17,7 @@ ROWS = BODIES
 
 
 @dataclass(frozen=True, slots=True)
-class FormationGains:
+class FormationGains(FlatGains):
     """In the order of the kernels' array; the constants below name the places."""
 
     spacing_m: float = 5.0
@@ -32,10 +32,6 @@ class FormationGains:
     decay_s: float = 3.0
     smoothing_s: float = 0.1
     correction_max_m_s: float = 3.0
-
-    def as_array(self) -> Array:
-        """(9,) float64."""
-        return np.array(astuple(self), dtype=np.float64)
 
 
 SPACING, SPARE, RANGE, GAIN_MIN, GAIN_MAX, GROWTH, DECAY, SMOOTHING, CORRECTION_MAX = range(9)

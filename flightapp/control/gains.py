@@ -7,14 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
 
-import numpy as np
-
+from flightapp.control.flat import FlatGains
 from flightapp.core.errors import InputError
-from flightapp.core.types import Array
 
 
 @dataclass(frozen=True, slots=True)
-class Gains:
+class Gains(FlatGains):
     """In the order of the kernels' array; the constants below name the places.
 
     Vectors are limited by their length, in any frame with equal axes. A zero `actuator_s` feeds the observer with the command
@@ -55,10 +53,6 @@ class Gains:
                 f"observer_rad_s = {self.observer_rad_s:g}: at most 1 / period_s = {1.0 / self.period_s:g}, "
                 "a faster observer cannot be sampled"
             )
-
-    def as_array(self) -> Array:
-        """(16,) float64."""
-        return np.array([getattr(self, field.name) for field in fields(self)], dtype=np.float64)
 
 
 FLAGS = ("observes_velocity",)

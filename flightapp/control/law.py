@@ -25,6 +25,12 @@ from flightapp.core.types import Array
 
 REFERENCE_SIZE = 9
 """Position, velocity and acceleration to be flown."""
+DECIDES = numba.void(VECTOR, VECTOR, numba.float64, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR)
+"""Of a baseline's kernel `decide_x(state, gains, dt_s, position, velocity, reference, avoidance, command)`, one control period.
+
+position, velocity, avoidance (an acceleration), command (3,); reference (REFERENCE_SIZE,). It writes `command`, an acceleration
+limited in length, and `state`, which begins as zeros.
+"""
 
 
 @compiled(numba.float64(numba.float64, VECTOR))

@@ -8,21 +8,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numba
-import numpy as np
 
 from flightapp.control.differentiator import differentiate
-from flightapp.control.law import known, shortened
+from flightapp.control.flat import FlatGains
+from flightapp.control.law import DECIDES, known, shortened
 from flightapp.control.observer import VECTOR
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 
 
 @dataclass(frozen=True, slots=True)
-class PrintedGains:
+class PrintedGains(FlatGains):
     """In the order of the kernel's array; the constants below name the places.
 
     A zero `differentiator_rad_s` takes the reference as it is, with its velocity and acceleration. Betas of zero: no observer,
@@ -49,10 +49,6 @@ class PrintedGains:
     acceleration_max_m_s2: float = 6.0
     fed_limited: float = 1.0
     """0: the observer is fed with the command before limiting."""
-
-    def as_array(self) -> Array:
-        """(17,) float64."""
-        return np.array(astuple(self), dtype=np.float64)
 
 
 (
@@ -119,7 +115,7 @@ def _observe(state: Array, gains: Array, dt_s: float, position: Array) -> None:
             state[Z3 + k] += dt_s * gains[BETA_3] * off
 
 
-@compiled(numba.void(VECTOR, VECTOR, numba.float64, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR))
+@compiled(DECIDES)
 def decide_printed(
     state: Array,
     gains: Array,
@@ -130,7 +126,7 @@ def decide_printed(
     avoidance: Array,
     command: Array,
 ) -> None:
-    """command (3,): acceleration, limited in length. reference (9,): position, velocity, acceleration to be flown."""
+    """As printed, with the parts that the gains switch on; the interface is `DECIDES`."""
     if state[STARTED] == 0.0:
         state[STARTED] = 1.0
         for k in range(3):

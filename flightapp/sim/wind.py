@@ -39,6 +39,13 @@ def drawn(wind: HarmonicWind, key: int) -> Array:
     return np.array([*header, *(value for wave in waves for value in wave)], dtype=np.float64)
 
 
+@compiled(numba.float64(numba.float64[::1], numba.float64))
+def height_factor(wind: Array, height_m: float) -> float:
+    """How much faster the air moves at `height_m` above the ground than on it."""
+    factor: float = 1.0 + wind[4] * max(0.0, height_m)
+    return factor
+
+
 @compiled(numba.float64(numba.float64[::1], numba.int64, numba.float64, numba.float64))
 def air_velocity(wind: Array, axis: int, t_s: float, height_m: float) -> float:
     """Velocity of the air along north (0), east (1) or down (2) at `t_s` and `height_m` above the ground, m/s."""
@@ -47,7 +54,7 @@ def air_velocity(wind: Array, axis: int, t_s: float, height_m: float) -> float:
     for wave in range(count):
         at = HEADER + 3 * (axis * count + wave)
         moved += wind[at + 1] * math.sin(wind[at] * t_s + wind[at + 2])
-    velocity: float = moved * (1.0 + wind[4] * max(0.0, height_m))
+    velocity: float = moved * height_factor(wind, height_m)
     return velocity
 
 
@@ -63,7 +70,7 @@ def air_speed_max(wind: Array, height_m: float) -> float:
         for wave in range(count):
             size += abs(wind[HEADER + 3 * (axis * count + wave) + 1])
         squared += size * size
-    speed: float = math.sqrt(squared) * (1.0 + wind[4] * max(0.0, height_m))
+    speed: float = math.sqrt(squared) * height_factor(wind, height_m)
     return speed
 
 

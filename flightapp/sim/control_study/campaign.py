@@ -18,10 +18,10 @@ from flightapp.core.clock import monotonic_ns
 from flightapp.core.errors import FlightError, InputError
 from flightapp.sim.control_study.flown import FOLLOWERS, FlownScene, Setting, fly_one, fly_scene
 from flightapp.sim.control_study.methods import METHODS, PLANTS, REAL_PLANT
-from flightapp.sim.control_study.picture import draw_study
+from flightapp.sim.control_study.picture import draw_formation, draw_study, draw_tracking
 from flightapp.sim.control_study.printed_tables import SETTINGS
 from flightapp.sim.control_study.reference import plan_course
-from flightapp.sim.control_study.table import Acceptance, Row, acceptance, as_markdown, rows_of
+from flightapp.sim.control_study.table import OURS, Acceptance, Row, acceptance, as_markdown, rows_of
 from flightapp.space.random_scene import PAPER_WAYS
 
 NAME = "control"
@@ -86,7 +86,7 @@ def study_methods(labels: Sequence[str]) -> tuple[str, ...]:
 
 
 def run_control_study(study: ControlStudy, workers: Workers, output: Path | None) -> FinishedStudy:
-    """Fly all of it; tables.md, control.json and control.png go to the folder."""
+    """Fly all of it; tables.md, control.json and three pictures go to the folder."""
     folder = output_folder(output, NAME, "--out")
     begun_ns = monotonic_ns()
     scenes: list[FlownScene] = []
@@ -132,4 +132,8 @@ def _write(study: ControlStudy, finished: FinishedStudy) -> None:
     assert not isinstance(course, str)
     traces = {name: fly_one(setting, shown.seed, course, METHODS[name], REAL_PLANT)[1] for name in DRAWN if name in study.methods}
     title = f"{setting.name}, {setting.way}, seed {shown.seed}, {REAL_PLANT.name}"
-    write_whole(finished.folder / "control.png", draw_study(traces, course, title))
+    pictures = {"control": draw_study(traces, course, title), "tracking": draw_tracking(traces, title)}
+    if OURS in traces:
+        pictures["formation"] = draw_formation(traces[OURS], course, f"{OURS}: {title}")
+    for name, picture in pictures.items():
+        write_whole(finished.folder / f"{name}.png", picture)

@@ -20,7 +20,7 @@ from flightapp.control.observer import DISTURBANCE, observe
 from flightapp.control.printed import decide_printed
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
-from flightapp.sim.wind import air_velocity
+from flightapp.sim.wind import air_velocity, height_factor
 from flightapp.space.bodies import BODIES
 from flightapp.space.distance import signed_distance
 
@@ -72,9 +72,10 @@ avoids bodies and teammates, spacing of the reference's rows, and from when an e
 MEASURES = 26
 """Sums, counts and extremes over the flight, and the last values of three; `flown.measured` makes means of them."""
 
-TRACE_COLUMNS = 25
+PLACES_FROM = 25
 """Of the leader: time, reference (3), position (3), velocity (3), error (3), its rate (3), command (3), disturbance as estimated
-(3); then mean distance of a pair, smallest one, mean distance of followers from their places."""
+(3); then mean distance of a pair, smallest one, mean distance of followers from their places; from here on the position (3) of
+every vehicle."""
 _ROWS = BODIES
 _VECTOR = numba.float64[::1]
 _LAYERS = numba.float64[:, :, ::1]
@@ -189,7 +190,7 @@ def fly_formation(
 ) -> None:
     """`steps` of STEP_S from standing at starts (n, 3) along references (n, m, 9).
 
-    measures (MEASURES,) and trace (k, TRACE_COLUMNS), a row every steps // k, are written. Vehicle 0 leads. air: as
+    measures (MEASURES,) and trace (k, PLACES_FROM + 3 n), a row every steps // k, are written. Vehicle 0 leads. air: as
     `sim.wind.drawn`.
     """
     n = starts.shape[0]
@@ -198,7 +199,7 @@ def fly_formation(
     wire = np.zeros((DELAY_STEPS_MAX, n, 3))
     states, emergencies = np.zeros((n, STATE_SIZE)), np.zeros((n, EMERGENCY_SIZE))
     pair_gains, pushes = np.ones(n), np.zeros((n, 7))
-    reference, push = np.zeros(9), np.zeros(3)
+    reference, push, moved = np.zeros(9), np.zeros(3), np.zeros(3)
     period, delay, lag_s = int(plant[PERIOD_STEPS]), int(plant[DELAY_STEPS]), plant[LAG_S]
     kind, limit = int(plant[KIND]), plant[ACCELERATION_MAX]
     blend = 1.0 if lag_s <= 0.0 else 1.0 - math.exp(-STEP_S / lag_s)
@@ -266,12 +267,18 @@ def fly_formation(
                 trace[row, 16 + k] = told[0, k]
                 trace[row, 19 + k] = states[0, DISTURBANCE + k] if kind == LAW else 0.0
                 trace[row, 22 + k] = measures[PAIR_NOW + k]
+            for i in range(n):
+                for k in range(3):
+                    trace[row, PLACES_FROM + 3 * i + k] = positions[i, k]
+        for k in range(3):
+            moved[k] = air_velocity(air, k, t_s, 0.0)
         for i in range(n):
+            blown = plant[DRAG] * height_factor(air, -positions[i, 2])
             for k in range(3):
                 wire[step % DELAY_STEPS_MAX, i, k] = told[i, k]
                 arrived = wire[(step - delay) % DELAY_STEPS_MAX, i, k]
                 flown[i, k] += blend * (arrived - flown[i, k])
-                pushed = flown[i, k] + plant[DRAG] * air_velocity(air, k, t_s, -positions[i, 2])
+                pushed = flown[i, k] + blown * moved[k]
                 positions[i, k] += STEP_S * velocities[i, k] + 0.5 * STEP_S * STEP_S * pushed
                 velocities[i, k] += STEP_S * pushed
     for i in range(n):

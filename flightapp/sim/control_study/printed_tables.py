@@ -35,3 +35,8 @@ TABLE_2 = {
     "formation mean, max, std": ((3.0, 9.0, 1.2), (3.5, 12.0, 1.6), (10.0, 16.0, 3.5), (10.0, 21.0, 4.0)),
 }
 """By metric, for each of NAMES, m."""
+
+FIGURES_16_TO_18 = (
+    "x, y error below 1 m; z 10 to 15 m at 2 to 5 s, then 2 m; |e| 5 m at 1 s, 0.2 to 0.5 m later; |s| 16, later 0.5 m/s; "
+    "V from 10 to 0.01 in 5 s"
+)

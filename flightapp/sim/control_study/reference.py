@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 from scipy.ndimage import gaussian_filter1d
 
 from flightapp.core.types import Array
@@ -66,8 +67,7 @@ def plan_course(seed: int, way: str, obstacles: int, step_m: float, followers: i
 def formation_references(leader: Trajectory, world: World, followers: int) -> tuple[Array, float]:
     """references (1 + followers, m, 9), and the share of the time that the followers spend in their V."""
     times = np.arange(0.0, leader.duration_s + SPACING_S, SPACING_S)
-    moments = [leader.at(float(t)) for t in times]
-    rows = np.array([[*m.position_ned_m, *m.velocity_ned_m_s, *m.acceleration_ned_m_s2] for m in moments])
+    rows = _sampled(leader, times)
     places = rows[:, :3]
     along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))))
     ahead, right = _axes(places, along)
@@ -76,6 +76,14 @@ def formation_references(leader: Trajectory, world: World, followers: int) -> tu
     mixed = _mixing(wedge, astern, world)
     slots = [(1.0 - mixed) * w + mixed * a for w, a in zip(wedge, astern, strict=True)]
     return np.ascontiguousarray(np.stack([rows, *map(_moving, slots)])), float((mixed < 0.01).mean())
+
+
+def _sampled(way: Trajectory, times_s: Array) -> Array:
+    """(m, 9): position, velocity, acceleration of `way` as its `at` gives them, all at once."""
+    cubic = CubicHermiteSpline(way.times_s, way.positions_ned_m, way.velocities_ned_m_s)
+    rows = np.concatenate([cubic(np.minimum(times_s, way.duration_s), order) for order in range(3)], axis=1)
+    rows[times_s >= way.duration_s, 3:] = 0.0
+    return np.asarray(rows, dtype=np.float64)
 
 
 def _axes(places: Array, along: Array) -> tuple[Array, Array]:

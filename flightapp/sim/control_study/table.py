@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 
-from flightapp.sim.control_study.flown import SPACING_M, Flown, FlownScene
-from flightapp.sim.control_study.printed_tables import NAMES, TABLE_1, TABLE_2
+from flightapp.sim.control_study.flown import SPACING_M, Figures, Flown, FlownScene
+from flightapp.sim.control_study.printed_tables import FIGURES_16_TO_18, NAMES, TABLE_1, TABLE_2
 
 STEADY_MAX_M = 0.4
 SUCCESS_MIN = 0.98
@@ -16,34 +16,23 @@ OURS, SOURCE = "hybrid tuned", "hybrid printed"
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One method on one plant in one setting: means over the scenes, but the extremes of clearance and of pairs."""
+    """One method on one plant in one setting: the extremes of clearance and of pairs, and `mean`s over the scenes."""
 
     setting: str
     plant: str
     method: str
     scenes: int
     success_share: float
-    error_mean_m: float
-    error_steady_m: float
     error_steady_std_m: float
-    error_max_m: float
-    error_std_m: float
-    limited_share: float
     clearance_min_m: float
     pair_min_m: float
     pair_min_mean_m: float
-    nearest_mean_m: float
-    pair_mean_m: float
-    pair_mean_min_m: float
-    pair_mean_max_m: float
-    pair_std_m: float
-    formation_mean_m: float
-    formation_max_m: float
-    formation_std_m: float
     emergencies: int
+    mean: Figures
 
     def as_json(self) -> dict[str, object]:
-        return asdict(self)
+        told = asdict(self)
+        return {**told, **told.pop("mean")}
 
 
 def rows_of(scenes: Sequence[FlownScene]) -> list[Row]:
@@ -57,37 +46,21 @@ def rows_of(scenes: Sequence[FlownScene]) -> list[Row]:
 
 def _row(flown: list[Flown]) -> Row:
     first = flown[0]
-
-    def mean(name: str) -> float:
-        return round(statistics.fmean(getattr(one, name) for one in flown), 3)
-
-    means = (
-        "error_mean_m",
-        "error_steady_m",
-        "error_max_m",
-        "error_std_m",
-        "limited_share",
-        "nearest_mean_m",
-        "pair_mean_m",
-        "pair_mean_min_m",
-        "pair_mean_max_m",
-        "pair_std_m",
-        "formation_mean_m",
-        "formation_max_m",
-        "formation_std_m",
-    )
+    means = {
+        field.name: round(statistics.fmean(getattr(one.figures, field.name) for one in flown), 3) for field in fields(Figures)
+    }
     return Row(
         setting=first.setting,
         plant=first.plant,
         method=first.method,
         scenes=len(flown),
         success_share=round(statistics.fmean(one.succeeded for one in flown), 3),
-        error_steady_std_m=round(statistics.pstdev(one.error_steady_m for one in flown), 3),
+        error_steady_std_m=round(statistics.pstdev(one.figures.error_steady_m for one in flown), 3),
         clearance_min_m=round(min(one.clearance_min_m for one in flown), 3),
         pair_min_m=round(min(one.pair_min_m for one in flown), 3),
-        pair_min_mean_m=mean("pair_min_m"),
+        pair_min_mean_m=round(statistics.fmean(one.pair_min_m for one in flown), 3),
         emergencies=sum(one.emergencies for one in flown),
-        **{name: mean(name) for name in means},
+        mean=Figures(**means),
     )
 
 
@@ -125,13 +98,14 @@ def acceptance(scenes: Sequence[FlownScene], plant: str) -> Acceptance:
         ours, source = by_method.get(OURS), by_method.get(SOURCE)
         if ours is None:
             continue
+        steady_m = ours.figures.error_steady_m
         found = [
             text
             for broken, text in (
                 (not ours.succeeded, "no success"),
                 (ours.pair_min_m < SPACING_M, f"pair {ours.pair_min_m:.2f} m"),
-                (ours.error_steady_m >= STEADY_MAX_M, f"steady error {ours.error_steady_m:.2f} m"),
-                (source is not None and ours.error_steady_m > source.error_steady_m, f"worse than {SOURCE}"),
+                (steady_m >= STEADY_MAX_M, f"steady error {steady_m:.2f} m"),
+                (source is not None and steady_m > source.figures.error_steady_m, f"worse than {SOURCE}"),
             )
             if broken
         ]
@@ -153,27 +127,52 @@ HEADINGS_2 = (
     "emergencies",
 )
 
+HEADINGS_3 = (
+    "plant",
+    "method",
+    "x, y: largest later",
+    "z: largest in 5 s, later",
+    "|e|: peak, later",
+    "|s|: peak, later",
+    "V: start, at 5 s",
+)
+
 
 def cells_1(row: Row) -> tuple[str, ...]:
     """Table 1: means over scenes, with the standard deviation of the steady error."""
     printed = _printed(TABLE_1.get(row.setting), row.method)
-    steady = f"{row.error_steady_m:.2f} +- {row.error_steady_std_m:.2f}"
+    steady = f"{row.mean.error_steady_m:.2f} +- {row.error_steady_std_m:.2f}"
     own = (row.setting, row.plant, row.method, f"{100 * row.success_share:.1f}", steady, f"{row.pair_min_mean_m:.2f}")
     return (*own, *(("-",) * 3 if printed is None else tuple(f"{value:g}" for value in printed)))
 
 
 def cells_2(row: Row) -> tuple[str, ...]:
     """Table 2: tracking and formation as mean, steady or max, std; spacing as mean, min, max, std of the mean pair."""
+    mean = row.mean
     return (
         row.plant,
         row.method,
-        f"{row.error_mean_m:.2f}, {row.error_steady_m:.2f}, {row.error_max_m:.1f}, {row.error_std_m:.2f}",
-        f"{100 * row.limited_share:.0f}",
-        f"{row.pair_mean_m:.1f}, {row.pair_mean_min_m:.1f}, {row.pair_mean_max_m:.1f}, {row.pair_std_m:.1f}",
-        f"{row.nearest_mean_m:.2f}, {row.pair_min_m:.2f}",
-        f"{row.formation_mean_m:.2f}, {row.formation_max_m:.1f}, {row.formation_std_m:.2f}",
+        f"{mean.error_mean_m:.2f}, {mean.error_steady_m:.2f}, {mean.error_max_m:.1f}, {mean.error_std_m:.2f}",
+        f"{100 * mean.limited_share:.0f}",
+        f"{mean.pair_mean_m:.1f}, {mean.pair_mean_min_m:.1f}, {mean.pair_mean_max_m:.1f}, {mean.pair_std_m:.1f}",
+        f"{mean.nearest_mean_m:.2f}, {row.pair_min_m:.2f}",
+        f"{mean.formation_mean_m:.2f}, {mean.formation_max_m:.1f}, {mean.formation_std_m:.2f}",
         f"{row.clearance_min_m:.2f}",
         str(row.emergencies),
+    )
+
+
+def cells_3(row: Row) -> tuple[str, ...]:
+    """Figures 16 to 18: the leader's errors, the printed sliding variable, the printed Lyapunov function."""
+    mean = row.mean
+    return (
+        row.plant,
+        row.method,
+        f"{mean.north_later_m:.2f}, {mean.east_later_m:.2f}",
+        f"{mean.down_peak_m:.2f}, {mean.down_later_m:.2f}",
+        f"{mean.leader_peak_m:.2f}, {mean.leader_later_m:.2f}",
+        f"{mean.sliding_peak_m_s:.0f}, {mean.sliding_later_m_s:.1f}",
+        f"{mean.lyapunov_start:.2g}, {mean.lyapunov_5_s:.2g}",
     )
 
 
@@ -183,10 +182,12 @@ def _printed(table: tuple[tuple[float, ...], ...] | None, method: str) -> tuple[
 
 
 def as_markdown(rows: Sequence[Row], verdict: str) -> str:
-    """Both tables, what the source prints, and the verdict."""
+    """The tables, what the source prints, and the verdict."""
     first = rows[0].setting
     parts = ["## Table 1", _markdown(HEADINGS_1, [cells_1(row) for row in rows])]
     parts += [f"## Table 2 ({first})", _markdown(HEADINGS_2, [cells_2(row) for row in rows if row.setting == first])]
+    parts += [f"## Figures 16 to 18 ({first})", _markdown(HEADINGS_3, [cells_3(row) for row in rows if row.setting == first])]
+    parts += ["Printed for its hybrid: " + FIGURES_16_TO_18]
     printed = [
         (metric, *(", ".join(f"{value:g}" for value in values) for values in by_name)) for metric, by_name in TABLE_2.items()
     ]

@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from flightapp.sim.control_study.campaign import FinishedStudy
-from flightapp.sim.control_study.table import HEADINGS_1, HEADINGS_2, cells_1, cells_2
+from flightapp.sim.control_study.table import HEADINGS_1, HEADINGS_2, HEADINGS_3, cells_1, cells_2, cells_3
 
 FAILED_MAX = 20
 
@@ -15,16 +15,18 @@ def print_control_study(finished: FinishedStudy) -> None:
     console = Console()
     rows = finished.rows
     first = rows[0].setting if rows else ""
-    one, two = Table(title="table 1"), Table(title=f"table 2: {first}")
-    for table, headings in ((one, HEADINGS_1), (two, HEADINGS_2)):
+    of_first = [row for row in rows if row.setting == first]
+    for title, headings, lines in (
+        ("table 1", HEADINGS_1, [cells_1(row) for row in rows]),
+        (f"table 2: {first}", HEADINGS_2, [cells_2(row) for row in of_first]),
+        (f"figures 16 to 18: {first}", HEADINGS_3, [cells_3(row) for row in of_first]),
+    ):
+        table = Table(title=title)
         for heading in headings:
             table.add_column(heading)
-    for row in rows:
-        one.add_row(*cells_1(row))
-        if row.setting == first:
-            two.add_row(*cells_2(row))
-    console.print(one)
-    console.print(two)
+        for line in lines:
+            table.add_row(*line)
+        console.print(table)
     verdict = finished.acceptance
     console.print(verdict.sentence, markup=False, soft_wrap=True)
     for text in verdict.failed[:FAILED_MAX]:

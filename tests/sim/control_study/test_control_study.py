@@ -33,8 +33,8 @@ def test_ours_is_accepted_and_the_printed_gains_fail_on_a_vehicle_with_lag() -> 
     scene = fly_scene(SETTING, 10_002, ("hybrid printed", "hybrid tuned"), (REAL_PLANT,))
     printed, ours = scene.flights
     assert ours.succeeded
-    assert ours.error_steady_m < 0.4 < printed.error_steady_m
-    assert printed.limited_share > 0.9, "as printed it is a relay"
+    assert ours.figures.error_steady_m < 0.4 < printed.figures.error_steady_m
+    assert printed.figures.limited_share > 0.9, "as printed it is a relay"
     verdict = acceptance([scene], REAL_PLANT.name)
     assert verdict.accepted
     broken = replace(scene, flights=(printed, replace(ours, pair_min_m=4.4)))
