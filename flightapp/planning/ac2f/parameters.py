@@ -35,9 +35,10 @@ class Ac2fParameters(StrategyParameters):
     """The region whose point nearest to the boundary is the game point; `union` is the source's literal reading."""
     lead: bool = True
     """Aim at the intercept of the evader's predicted motion, and at a slot around it; False: at its present position."""
-    avoidance: Literal["search", "field"] = "search"
-    """Coarse stage: the velocity nearest to the deflected wish that can brake before every disc, or the plain potential field
-    with the speed limited by what can be braked before the first obstacle ahead (the source's form)."""
+    avoidance: Literal["search", "field", "adaptive"] = "search"
+    """Coarse stage: the velocity nearest to the deflected wish that can brake before every disc; the plain potential field
+    with the speed limited by what can be braked before the first obstacle ahead (the source's form); or as `search`, the wish
+    being deflected by the forces of the strategy `adaptive-apf`."""
     admissibility: bool = True
     """Fine stage: an arc is allowed only if braking along it stays free of collision, too."""
     terminal_adaptation: bool = True

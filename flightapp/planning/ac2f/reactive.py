@@ -8,6 +8,7 @@ from numba import void
 
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
+from flightapp.planning.ac2f.adaptive import turned
 from flightapp.planning.ac2f.field import deflected, field_velocity
 from flightapp.planning.ac2f.looking import nose_rad, seen_share
 from flightapp.planning.ac2f.parameters import Ac2fParameters
@@ -25,6 +26,7 @@ from flightapp.planning.ac2f.records import (
 from flightapp.planning.ac2f.safe_velocity import PAIR_TYPE, Braking, safe_velocity
 
 SEARCH_VELOCITY = code_of(Ac2fParameters, "avoidance", "search")
+ADAPTIVE = code_of(Ac2fParameters, "avoidance", "adaptive")
 
 
 @compiled(void(PARAMETERS_TYPE, VIEW_TYPE, NUMBER, NUMBER, ACTION_TYPE))
@@ -125,6 +127,9 @@ def react(
             gains.field_repulsion_max,
             gains.repelling_gap_min_m,
         )
+        chosen_n, chosen_e = _safe(parameters, view, scene, turned_n, turned_e)
+    elif gains.avoidance == ADAPTIVE:
+        turned_n, turned_e = turned(parameters, view, scene[: seen.obstacle_count], wish_n, wish_e, goal_n, goal_e)
         chosen_n, chosen_e = _safe(parameters, view, scene, turned_n, turned_e)
     else:
         chosen_n, chosen_e = field_velocity(
