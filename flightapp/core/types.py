@@ -108,6 +108,8 @@ class Rendezvous:
     """The own one; below 0: behind the evader, as the so-manieth who trails it."""
     closing: bool
     """The ring is around the evader, and moves with it."""
+    reachable: bool = True
+    """Enough of the team can be there in time to close the ring."""
 
 
 @dataclass(frozen=True, slots=True)

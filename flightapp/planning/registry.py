@@ -40,6 +40,7 @@ EVADERS: Mapping[str, str] = {
     "goal-seeker": "flightapp.planning.evasion.goal_seeker",
     "hover": "flightapp.planning.evasion.hover",
     "inverse-square": "flightapp.planning.evasion.inverse_square",
+    "manoeuvring": "flightapp.planning.evasion.manoeuvring",
     "random-waypoints": "flightapp.planning.evasion.random_waypoints",
     "recorded": "flightapp.planning.evasion.recorded",
     "straight": "flightapp.planning.evasion.straight",

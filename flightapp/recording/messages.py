@@ -194,7 +194,8 @@ class ObservationRecord:
     assignment_bearing_rad: float | None = None
     assignment_arrival_s: float | None = None
     assignment_rendezvous: list[float] | None = None
-    """Of plans that meet the evader on its way: north_m, east_m, heading_rad, radius_m, slots, slot, closing (0 or 1)."""
+    """Of plans that meet the evader on its way: north_m, east_m, heading_rad, radius_m, slots, slot, closing (0 or 1)
+    and, where it is not older than that, reachable (0 or 1)."""
     told_discs: list[list[float]] | None = None
     """Obstacles that mates have told, which only the planner was given, after those of the frame: north_m, east_m, radius_m."""
 

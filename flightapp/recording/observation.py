@@ -130,14 +130,15 @@ def _assignment(record: ObservationRecord) -> Assignment | None:
 def _rendezvous_record(at: Rendezvous | None) -> list[float] | None:
     if at is None:
         return None
-    return [at.north_m, at.east_m, at.heading_rad, at.radius_m, float(at.slots), float(at.slot), float(at.closing)]
+    flags = float(at.closing), float(at.reachable)
+    return [at.north_m, at.east_m, at.heading_rad, at.radius_m, float(at.slots), float(at.slot), *flags]
 
 
 def _rendezvous(numbers: list[float] | None) -> Rendezvous | None:
     if numbers is None:
         return None
-    north_m, east_m, heading_rad, radius_m, slots, slot, closing = numbers
-    return Rendezvous(north_m, east_m, heading_rad, radius_m, round(slots), round(slot), bool(closing))
+    north_m, east_m, heading_rad, radius_m, slots, slot, closing, *later = numbers
+    return Rendezvous(north_m, east_m, heading_rad, radius_m, round(slots), round(slot), bool(closing), later != [0.0])
 
 
 def _target_record(track: TargetTrack) -> ObservedTarget:

@@ -38,6 +38,8 @@ class Meeting:
     slots: int
     closing: bool
     """The ring is around the evader, and moves with it."""
+    reachable: bool = True
+    """Enough of the team can be there in time to close the ring."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,5 +77,5 @@ def assignment_of(plan: Plan, vehicle: str) -> Assignment | None:
         return None
     if at is None:
         return Assignment(seat.bearing_rad, plan.arrival_s)
-    there = Rendezvous(at.north_m, at.east_m, at.heading_rad, at.radius_m, at.slots, seat.slot, at.closing)
+    there = Rendezvous(at.north_m, at.east_m, at.heading_rad, at.radius_m, at.slots, seat.slot, at.closing, at.reachable)
     return Assignment(seat.bearing_rad, plan.arrival_s, there)

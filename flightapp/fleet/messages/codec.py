@@ -22,8 +22,8 @@ from flightapp.fleet.messages.units import Name
 
 MAJOR_VERSION = 2
 """1 was JSON."""
-MINOR_VERSION = 1
-"""1: a state tells when the next one is due."""
+MINOR_VERSION = 2
+"""1: a state tells when the next one is due; 2: a plan, whether its meeting can be reached."""
 PAYLOAD_MAX_BYTES = 1024
 """Fits one datagram; everything larger is refused before it is looked at."""
 

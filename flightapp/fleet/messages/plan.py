@@ -1,6 +1,6 @@
 """The leader's plan: who closes in from where. Sent again and again, so that a lost one is no loss.
 
-Minor version 1 appends the slot of a seat, and the meeting.
+Minor version 1 appends the slot of a seat, and the meeting; 2 whether that can be reached.
 """
 
 from __future__ import annotations
@@ -45,6 +45,7 @@ class _MeetingWire(msgspec.Struct, array_like=True, frozen=True):
     t_ms: Milliseconds
     slots: Annotated[int, msgspec.Meta(ge=1, le=SEATS_MAX)]
     closing: bool
+    reachable: bool = True
 
 
 class _Wire(msgspec.Struct, array_like=True, frozen=True):
@@ -81,6 +82,7 @@ def _meeting_wire(meeting: Meeting, header: Header) -> _MeetingWire:
         since(header.sent_s, meeting.t_s),
         meeting.slots,
         meeting.closing,
+        meeting.reachable,
     )
 
 
@@ -112,6 +114,7 @@ def _meeting(wire: _MeetingWire, header: Header) -> Meeting:
         stamp(header.sent_s, wire.t_ms),
         wire.slots,
         wire.closing,
+        wire.reachable,
     )
 
 

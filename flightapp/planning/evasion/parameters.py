@@ -81,6 +81,23 @@ class ClimbAndDiveParameters(BoundarySeekingParameters):
         return self
 
 
+class ManoeuvringParameters(AvoidingParameters):
+    """Towards the boundary, with manoeuvres; each is off unless it is asked for."""
+
+    pursuer_distance_m: float = Field(default=0.0, ge=0)
+    """Distance that the evader keeps from a pursuer's centre, on top of fleeing."""
+    weave_deg: float = Field(default=0.0, ge=0, le=80)
+    """So far the course swings to both sides."""
+    weave_period_s: float = Field(default=20.0, gt=0)
+    """From one side to the other and back."""
+    flee_within_m: float = Field(default=0.0, ge=0)
+    """While a pursuer is nearer than this, it flees from all, from each with the inverse square of its distance."""
+    speed_before_m_s: float | None = Field(default=None, gt=0)
+    """Of a target that grows faster: its speed until then; unset: the vehicle's limit."""
+    jump_s: float = Field(default=60.0, ge=0)
+    """From this time after its start on it flies as fast as the vehicle can."""
+
+
 class VoronoiCentroidParameters(AvoidingParameters):
     """To the centroid of the own Voronoi cell, drawn towards the boundary."""
 

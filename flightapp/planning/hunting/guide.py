@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flightapp.core.types import Array, Limits
 from flightapp.planning.guidance.danger import (
@@ -27,6 +28,10 @@ from flightapp.planning.plane import Point, towards
 FAILURES_MAX = 3
 PROGRESS_SHARE = 0.2
 """Of the way at top speed: less progress than this is none."""
+OUTSIDE = 1.01
+"""Of its radius: so far from its centre is outside of a disc."""
+EDGES, EDGE_POINTS = 12, 16
+"""Of so many discs next to a covered goal so many points around are tried."""
 TRAP, FAST, BLOCKED = "guided out of a trap", "giving way to a fast obstacle", "blocked: no way was found"
 
 
@@ -45,9 +50,12 @@ class Guide:
         self._progress: tuple[float, float] | None = None
         self._fleeing: list[Point] = []
         self.why = ""
+        self.goal_is_covered = False
+        """By a standing obstacle: the nearest free place is the goal then."""
 
     def step(self, view: View, intent: Intent, wanted: bool) -> Point | None:
         """The point to fly to in place of the intent's goal; None: that goal itself."""
+        self.goal_is_covered = False
         if not wanted:
             return None
         standing = _standing(view.scene[: view.obstacles])
@@ -59,6 +67,7 @@ class Guide:
             self._forget()
             return None
         goal = outside_m(intent.goal_m, standing)
+        self.goal_is_covered = goal != intent.goal_m
         self._detect(view, goal, standing)
         self._search(view, goal, standing)
         point = self._follow(view, goal, standing)
@@ -185,13 +194,34 @@ class Guide:
 
 
 def outside_m(place: Point, standing: Array) -> Point:
-    """`place`, or where it is inside a disc the point of its edge next to it."""
+    """`place`, or where it is inside a disc the point of its edge next to it; where others cover that, a near free one."""
     for n, e, radius, *_ in standing.tolist():
         away = math.hypot(place[0] - n, place[1] - e)
         if away < radius:
             along = towards((n, e), place) if away > 0.0 else (1.0, 0.0)
-            return n + 1.01 * radius * along[0], e + 1.01 * radius * along[1]
+            beside = n + OUTSIDE * radius * along[0], e + OUTSIDE * radius * along[1]
+            return beside if _are_free(np.array([beside]), standing)[0] else _free_edge_m(place, standing, beside)
     return place
+
+
+def _free_edge_m(place: Point, standing: Array, otherwise: Point) -> Point:
+    """The point nearest to `place` around the discs next to it that no disc covers."""
+    gaps = np.hypot(standing[:, 0] - place[0], standing[:, 1] - place[1]) - standing[:, 2]
+    near = standing[np.argsort(gaps, kind="stable")[:EDGES]]
+    bearings = np.arange(EDGE_POINTS) * (2.0 * math.pi / EDGE_POINTS)
+    around = np.stack((np.cos(bearings), np.sin(bearings)), axis=-1)
+    places = (near[:, None, :2] + OUTSIDE * near[:, None, 2:3] * around).reshape(-1, 2)
+    free = places[_are_free(places, standing)]
+    if not len(free):
+        return otherwise
+    n, e = free[int(np.argmin(np.hypot(free[:, 0] - place[0], free[:, 1] - place[1])))].tolist()
+    return n, e
+
+
+def _are_free(places: Array, standing: Array) -> NDArray[np.bool_]:
+    """(n,) for places (n, 2)."""
+    away = places[:, None, :] - standing[None, :, :2]
+    return np.asarray((np.hypot(away[..., 0], away[..., 1]) >= standing[:, 2]).all(axis=1))
 
 
 def _standing(rows: Array) -> Array:

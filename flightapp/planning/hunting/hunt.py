@@ -98,7 +98,7 @@ class Hunt:
     closing: bool
     """The ring is around the target and moves with it; nobody changes slots any more."""
     reachable: bool
-    """Enough of the team can be in time."""
+    """Three of the team can be in time, or all where there are fewer; else the base point is where it is least late."""
     places: Mapping[str, Place] = field(default_factory=dict)
 
 
@@ -117,16 +117,8 @@ def plan_hunt(
     target_course_rad: its course, which counts where the prediction does not move.
     """
     target = np.array(target_m)
-    starts = np.array([hunter.place_m for hunter in hunters])
-    runners = Runners(
-        starts,
-        np.array([hunter.heading_rad for hunter in hunters]),
-        np.array([hunter.speed_m_s for hunter in hunters]),
-        np.array([hunter.speed_max_m_s for hunter in hunters]),
-        rules.acceleration_m_s2,
-        rules.turn_rate_max_rad_s,
-        rules.turn_acceleration_rad_s2,
-    )
+    runners = _runners(hunters, rules)
+    starts = runners.places_m
     path = _path(now_s, target, fit, runners, rules)
     distances = np.hypot(*(starts - target).T)
     is_same_team = before is not None and set(before.places) == {hunter.name for hunter in hunters}
@@ -166,6 +158,35 @@ def plan_hunt(
         is_near,
         meeting.reachable,
         places,
+    )
+
+
+def trailing_hunt(
+    now_s: float, target_m: tuple[float, float], target_course_rad: float, hunters: tuple[Hunter, ...], rules: Rules
+) -> Hunt:
+    """All behind the target, the nearest first: what those do who hear no majority of the team.
+
+    Whoever holds the ring without being heard leaves the stern free: slots of an odd number are beside it, of an even one, too.
+    """
+    target, radius_m = np.array(target_m), rules.bodies.ring_radius_m(1, rules.radius_m)
+    runners = _runners(hunters, rules)
+    order = sorted(range(len(hunters)), key=lambda k: (math.dist(hunters[k].place_m, target_m), hunters[k].name))
+    places = {
+        hunters[k].name: _trailing(now_s, target, target_course_rad, radius_m, -1 - rank, runners, k)
+        for rank, k in enumerate(order)
+    }
+    return Hunt(target_m, radius_m, target_course_rad, now_s, 1, closing=True, reachable=True, places=places)
+
+
+def _runners(hunters: tuple[Hunter, ...], rules: Rules) -> Runners:
+    return Runners(
+        np.array([hunter.place_m for hunter in hunters]),
+        np.array([hunter.heading_rad for hunter in hunters]),
+        np.array([hunter.speed_m_s for hunter in hunters]),
+        np.array([hunter.speed_max_m_s for hunter in hunters]),
+        rules.acceleration_m_s2,
+        rules.turn_rate_max_rad_s,
+        rules.turn_acceleration_rad_s2,
     )
 
 

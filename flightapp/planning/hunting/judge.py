@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from flightapp.core.clearance import way_gap_m
-from flightapp.planning.capture import CaptureRule, dwell_since_s, encloses, has_dwelt
+from flightapp.planning.capture import CaptureRule, dwell_since_s, encloses, forms_polygon, has_dwelt
 from flightapp.planning.hunting.sight import View
 from flightapp.planning.plane import Point
 
@@ -44,4 +44,7 @@ class Judge:
         if (np.hypot(ways[:, 0], ways[:, 1]) > self._rule.zone_m).any():
             return False
         bearings = np.ascontiguousarray(np.arctan2(ways[:, 1], ways[:, 0]))
+        if self._rule.mode == "formation":
+            distances, gap = np.hypot(ways[:, 0], ways[:, 1]), math.radians(self._rule.gap_tolerance_deg)
+            return bool(forms_polygon(bearings, distances, self._rule.hold_radius_m, self._rule.hold_tolerance_m, gap))
         return bool(encloses(bearings, self._rule.angular_gap_min_deg))

@@ -11,11 +11,12 @@ from flightapp.core.types import Decision, Limits, Observation, Rendezvous
 from flightapp.planning.ac2f.free_gap import free_gap_rad
 from flightapp.planning.critics.right_hand import right_turn_rad
 from flightapp.planning.hunting.guide import Guide
-from flightapp.planning.hunting.hunt import Hunt, Hunter, plan_hunt, rules_of
+from flightapp.planning.hunting.hunt import Hunt, Hunter, plan_hunt, rules_of, trailing_hunt
 from flightapp.planning.hunting.intent import HOLD, SEARCH, Intent, held_out_m, intend
 from flightapp.planning.hunting.judge import Judge
 from flightapp.planning.hunting.parameters import HuntingParameters
 from flightapp.planning.hunting.sight import Sight, View
+from flightapp.planning.hunting.status import Status
 from flightapp.planning.hunting.window import MOTION, STATE, choose
 from flightapp.planning.meeting import rest_turn_s
 from flightapp.planning.plane import Point, towards
@@ -53,13 +54,16 @@ class HuntingPlanner:
         apart_m = self._touching_m + (margin_m if parameters.separation_m is None else APART_SHARE * parameters.separation_m)
         keep_out_m = limits.body_radius_m + parameters.evader_radius_m + 0.5 * bodies.separation_m
         range_m = parameters.obstacle_range_m or 50.0
-        self._sight = Sight(parameters, limits, range_m, apart_m, 0.0 if parameters.capture.mode == "first" else keep_out_m)
+        is_first = parameters.capture.mode == "first"
+        self._sight = Sight(parameters, limits, range_m, apart_m, 0.0 if is_first else keep_out_m)
+        self._status = Status(not is_first, parameters.team_stale_s)
         self.reset()
 
     def reset(self, seed: int | None = None) -> None:
         """Forget everything."""
         self._seed = self._seed if seed is None else seed
         self._sight.reset()
+        self._status.reset()
         self._history = TrackHistory()
         self._judge = Judge(self._parameters.capture, self._parameters.target_stale_s)
         self._guide = Guide(self._parameters, self._limits, self._seed)
@@ -81,6 +85,7 @@ class HuntingPlanner:
             if math.hypot(*view.target_m_s) > 0.05 * self._limits.speed_max_m_s:
                 self._course_rad = math.atan2(view.target_m_s[1], view.target_m_s[0])
         self._judge.step(view)
+        self._status.hear(observation)
         intent, rendezvous = self._intent(observation, view)
         guided = self._guide.step(view, intent, self._parameters.guidance)
         if guided is not None:
@@ -100,7 +105,7 @@ class HuntingPlanner:
         rendezvous, bearing_rad = share
         separation_m = self._rules.bodies.separation_m
         out_m = held_out_m(rendezvous, bearing_rad, view.target_m, parameters.evader_radius_m, separation_m)
-        follows = parameters.goal == "target"
+        follows = parameters.goal == "target" or self._status.lacks_quorum
         return intend(view, rendezvous, bearing_rad, out_m, parameters.capture, self._limits, follows, self._period_s), rendezvous
 
     def _blind(self, view: View, age_s: float) -> Intent:
@@ -126,6 +131,8 @@ class HuntingPlanner:
             return assignment.rendezvous, assignment.bearing_rad
         if self._parameters.goal == "target":
             return self._tracking(observation, view)
+        if self._status.lacks_quorum:
+            return self._trailing(observation, view)
         if self._hunt is None or view.t_s >= self._plan_due_s - 1e-6:
             self._plan_due_s = view.t_s + self._parameters.plan_period_s
             self._hunt = self._planned(observation, view)
@@ -151,6 +158,13 @@ class HuntingPlanner:
         if not self._parameters.slots:
             return rendezvous, math.atan2(view.own_m[1] - view.target_m[1], view.own_m[0] - view.target_m[0])
         return rendezvous, wrap_pi(place.bearing_rad - hunt.heading_rad + course)
+
+    def _trailing(self, observation: Observation, view: View) -> tuple[Rendezvous, float]:
+        """One behind the other behind the target: where a majority that is not heard leaves room, whatever its number."""
+        hunters = hunters_of(observation, self._parameters.team_stale_s, self._limits.speed_max_m_s)
+        course = self._target_course_rad(view, hunters)
+        self._hunt = trailing_hunt(view.t_s, view.target_m, course, hunters, self._rules)
+        return rendezvous_of(self._hunt, ALONE), self._hunt.places[ALONE].bearing_rad
 
     def _target_course_rad(self, view: View, hunters: tuple[Hunter, ...]) -> float:
         """Of its motion; before it moved the bearing from the team's middle to it."""
@@ -236,6 +250,8 @@ class HuntingPlanner:
         before, self._phase = self._phase, intent.phase
         known = rendezvous is not None
         distance = math.dist(view.own_m, intent.goal_m)
+        flags = self._status.flags(rendezvous, self._guide.goal_is_covered)
+        phase_news = REASONS[intent.phase] if intent.phase != before else ""
         diagnostics: dict[str, object] = {
             "stage": intent.phase,
             "target_distance_m": view.distance_m if known else None,
@@ -248,6 +264,7 @@ class HuntingPlanner:
             "slots": None if rendezvous is None else rendezvous.slots,
             "base_point": None if rendezvous is None else [rendezvous.north_m, rendezvous.east_m],
             "plan": None if rendezvous is None else ("alone" if self._hunt is not None else "leader"),
+            "flags": flags,
             "admissible": len(self._verdicts) - int(self._state[0]["collisions"]),
         }
         return Decision(
@@ -256,7 +273,7 @@ class HuntingPlanner:
             yaw_rad=yaw_rad,
             mode=intent.phase,
             goal_ned_m=np.array((*intent.goal_m, 0.0)),
-            reason=REASONS[intent.phase] if intent.phase != before else "",
+            reason="; ".join(filter(None, (phase_news, self._status.news(view.t_s, flags)))),
             diagnostics=diagnostics,
         )
 
@@ -272,7 +289,8 @@ REASONS = {
 
 def rendezvous_of(hunt: Hunt, name: str) -> Rendezvous:
     """The part of `name` in `hunt`."""
-    return Rendezvous(*hunt.base_m, hunt.heading_rad, hunt.radius_m, hunt.slots, hunt.places[name].slot, hunt.closing)
+    place = hunt.places[name]
+    return Rendezvous(*hunt.base_m, hunt.heading_rad, hunt.radius_m, hunt.slots, place.slot, hunt.closing, hunt.reachable)
 
 
 def hunters_of(observation: Observation, stale_s: float, speed_max_m_s: float) -> tuple[Hunter, ...]:

@@ -66,7 +66,8 @@ def draft_of(hunt: Hunt) -> Draft:
     seats = tuple(
         Seat(name, wrap_pi(place.bearing_rad), *place.place_m, place.alone_s, place.slot) for name, place in hunt.places.items()
     )
-    at = Meeting(*hunt.base_m, wrap_pi(hunt.heading_rad), hunt.radius_m, hunt.meeting_s, hunt.slots, hunt.closing)
+    heading = wrap_pi(hunt.heading_rad)
+    at = Meeting(*hunt.base_m, heading, hunt.radius_m, hunt.meeting_s, hunt.slots, hunt.closing, hunt.reachable)
     return Draft(seats, at)
 
 
@@ -76,7 +77,7 @@ def hunt_of(plan: Plan) -> Hunt | None:
     if at is None:
         return None
     places = {seat.vehicle: Place(seat.bearing_rad, (seat.north_m, seat.east_m), seat.alone_s, seat.slot) for seat in plan.seats}
-    return Hunt((at.north_m, at.east_m), at.radius_m, at.heading_rad, at.t_s, at.slots, at.closing, reachable=True, places=places)
+    return Hunt((at.north_m, at.east_m), at.radius_m, at.heading_rad, at.t_s, at.slots, at.closing, at.reachable, places)
 
 
 def build_team_plan(name: str, limits: Limits, given: Given) -> HuntingTeamPlan:

@@ -26,7 +26,8 @@ def evader(name: str, limits: Limits = LIMITS, seed: int = 0, **parameters: Any)
 
 
 def test_names() -> None:
-    assert set(evader_names()) == {*RUNNERS, *FLEEING, "climb-and-dive", "hover", "recorded", "random-waypoints", "waypoints"}
+    others = {"climb-and-dive", "hover", "manoeuvring", "recorded", "random-waypoints", "waypoints"}
+    assert set(evader_names()) == {*RUNNERS, *FLEEING, *others}
 
 
 @pytest.mark.parametrize("name", RUNNERS)
