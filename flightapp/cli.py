@@ -772,13 +772,14 @@ def field_study(
     seeds: Annotated[str, typer.Option("--seeds", help="Of the random scenes: 17, 0-999 or 3,5,20-29.")] = "0-999",
     method: Annotated[list[str] | None, typer.Option("--method", help='As "APF+A"; repeatable, default all.')] = None,
     step_m: Annotated[float, typer.Option("--step-m", help="Of the vehicle in the random scenes; 0.02 is printed.")] = 0.0325,
-    literal: Annotated[bool, typer.Option("--literal", help="Attraction and goal factor without bounds, as printed.")] = False,
+    literal: Annotated[bool, typer.Option("--literal", help="Attraction and goal factor without bounds, return by zones: as printed.")] = False,
     as_json: Json = False,
     output: Annotated[Path | None, typer.Option("--out", help="New folder; default campaigns/TIME-apf.")] = None,
 ) -> None:
     """Fly the scenes of the adaptive potential field's paper, and its ablation over random scenes with moving obstacles.
 
-    In three dimensions and by the source's own fixed steps. Writes table.md, with the printed tables beside, and apf.json.
+    In three dimensions and by the source's own fixed steps. IAPF-style and GWO-APF first search their gains on other scenes.
+    Writes table.md, with the printed tables beside, scenes.png and apf.json.
 
     Exit status: 0 finished, 2 bad input, 3 fault.
 

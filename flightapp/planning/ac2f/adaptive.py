@@ -58,6 +58,7 @@ def _gains(parameters: Record) -> Gains:
         vertical_weight=0.0,
         return_1_s2=0.0,
         return_max_m_s2=0.0,
+        return_zones=0.0,
         adaptive=1.0,
         printed=0.0,
         reach_m=REACH_M,

@@ -39,6 +39,9 @@ KEPT_S = 0.5
 HEAD_ON_M = 0.05
 SLOW_M_S = 0.1
 BRAKES_WITHIN_RAD = 0.25 * math.pi
+FAR_M, NEAR_M = 3.0, 1.0
+"""Where the zones of the source's return force meet; it has no values for them, nor for the rest of these."""
+FAR_1_S2, ARRIVING, NEAR_1_M_S2, NEAR_POWER, NEAR_SHARE = 0.5, -0.5, 0.5, 1.0, 0.9
 
 
 @compiled(VECTOR(NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER))
@@ -88,6 +91,25 @@ def braking_m_s2(closing_m_s: float, gap_m: float, speed_m_s: float, ahead: floa
     return authority * min(gains.braking_m_s2, closing_m_s * closing_m_s / (2.0 * room)) * taper * taper
 
 
+@compiled(VECTOR(*(NUMBER,) * 3, ROW))
+def return_by_zones(n: float, e: float, d: float, velocity: Array) -> Vector:
+    """The source's return force (equation 21) for a line (n, e, d) m away, repaired as its specification says (2.6).
+
+    A pull far from the line, braking on the way to it, a weak pull near it. It jumps where the zones meet.
+    """
+    away = math.sqrt(n * n + e * e + d * d)
+    if away < 1e-9:
+        return 0.0, 0.0, 0.0
+    if away >= FAR_M:
+        gain = FAR_1_S2
+    elif away > NEAR_M:
+        nearing = (velocity[0] * n + velocity[1] * e + velocity[2] * d) / away
+        gain = ARRIVING * nearing * nearing / (away - NEAR_SHARE * NEAR_M) / away if nearing > 0.0 else 0.0
+    else:
+        gain = NEAR_1_M_S2 * away**NEAR_POWER
+    return gain * n, gain * e, gain * d
+
+
 @compiled(VECTOR(ROW, ROW, ROW, ROW, GAINS))
 def return_force(place: Array, velocity: Array, start: Array, goal: Array, gains: Gains) -> Vector:
     """Back to the line from `start` to `goal` (3,), damped and limited (2.6)."""
@@ -99,6 +121,8 @@ def return_force(place: Array, velocity: Array, start: Array, goal: Array, gains
     n, e, d = goal[0] - place[0], goal[1] - place[1], goal[2] - place[2]
     along = n * ln + e * le + d * ld
     drift = velocity[0] * ln + velocity[1] * le + velocity[2] * ld
+    if gains.return_zones != 0.0:
+        return return_by_zones(n - along * ln, e - along * le, d - along * ld, velocity)
     damping = 2.0 * math.sqrt(gains.return_1_s2)
     n = gains.return_1_s2 * (n - along * ln) - damping * (velocity[0] - drift * ln)
     e = gains.return_1_s2 * (e - along * le) - damping * (velocity[1] - drift * le)

@@ -46,6 +46,8 @@ class Gains(NamedTuple):
     return_1_s2: float
     """0: no return to the line from start to goal."""
     return_max_m_s2: float
+    return_zones: float
+    """1: the source's three zones in the place of a damped pull, not limited."""
     adaptive: float
     """Module D: activation distance and speed follow the threat."""
     printed: float

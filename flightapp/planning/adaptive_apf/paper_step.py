@@ -76,7 +76,8 @@ def fly_steps(
     past: Array,
     field: Array,
 ) -> tuple[int, int, int]:
-    """(outcome, steps, escapes begun); path (m + 1, 3) gets the places, m steps at most. The bodies move in `bodies` itself.
+    """(outcome, steps, escapes begun); path (m + 1, 4) gets the places, and how far the nearest body's surface is from the
+    vehicle's there; m steps at most. The bodies move in `bodies` itself.
 
     phases (n,): steps since each body turned back, every `period` steps; draws (j, 3): Gaussian numbers for the escapes in turn.
     inertia: 0: along the force at once (the source); else the force is an acceleration, damped by this much per second.
@@ -85,7 +86,7 @@ def fly_steps(
     place = start.copy()
     velocity = field[:3] * 0.0
     begun = 0
-    path[0, 0], path[0, 1], path[0, 2] = place[0], place[1], place[2]
+    path[0, 0], path[0, 1], path[0, 2], path[0, 3] = place[0], place[1], place[2], math.inf
     speed = step_m / STEP_S
     for step in range(path.shape[0] - 1):
         t_s = step * STEP_S
@@ -125,7 +126,8 @@ def fly_steps(
         path[step + 1, 0], path[step + 1, 1], path[step + 1, 2] = place[0], place[1], place[2]
         _move(bodies, phases, period)
         nearest_bodies(bodies, place[0], place[1], place[2], 0.0, math.inf, which, gaps)
-        if bodies.shape[0] > 0 and gaps[0, 0] < gains.body_radius_m:
+        path[step + 1, 3] = gaps[0, 0] - gains.body_radius_m if bodies.shape[0] > 0 else math.inf
+        if path[step + 1, 3] < 0.0:
             return COLLIDED, step + 1, begun
         n, e, d = goal[0] - place[0], goal[1] - place[1], goal[2] - place[2]
         if math.sqrt(n * n + e * e + d * d) < tolerance_m:

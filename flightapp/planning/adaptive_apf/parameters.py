@@ -52,8 +52,10 @@ class AdaptiveApfParameters(StrategyParameters):
     steering_share: float = Field(default=0.8, gt=0, le=1)
     """Share of the acceleration limit for steering."""
     braking_share: float = Field(default=0.6, gt=0, le=1)
-    return_1_s2: float = Field(default=0.0, ge=0)
-    """Return to the line from where the target was first seen; 0 in free pursuit."""
+    return_law: Literal["off", "damped", "zones"] = "off"
+    """Return to the line from where the target was first seen to where it is: not in free pursuit. `zones`: the source's form."""
+    return_1_s2: float = Field(default=1.0, gt=0)
+    """Of the damped return."""
     barrier_1_s: float = Field(default=1.0, gt=0)
     """alpha of the barrier function, and how fast a margin is left that was entered."""
     goal_margin_max_m: float = Field(default=5.0, gt=0)
@@ -105,8 +107,9 @@ class AdaptiveApfParameters(StrategyParameters):
             body_radius_m=limits.body_radius_m,
             margin_m=self.margin(limits),
             vertical_weight=1.0,
-            return_1_s2=self.return_1_s2,
+            return_1_s2=0.0 if self.return_law == "off" else self.return_1_s2,
             return_max_m_s2=0.3 * acceleration,
+            return_zones=1.0 if self.return_law == "zones" else 0.0,
             adaptive=d,
             printed=0.0,
             reach_m=self.reach_m,

@@ -21,12 +21,13 @@ OUTCOMES = ("arrived", "collided", "did not arrive")
 
 @dataclass(frozen=True, slots=True)
 class FieldFlight:
-    """places_ned_m (steps + 1, 3); turn_max_deg_s: between successive steps."""
+    """places_ned_m (steps + 1, 3); gaps_m (steps,): to the nearest surface after each step."""
 
     outcome: str
     steps: int
     escapes: int
     places_ned_m: Array
+    gaps_m: Array
     goal_gap_m: float
     """How near it came to the goal."""
 
@@ -39,29 +40,40 @@ class FieldFlight:
         return float(np.linalg.norm(np.diff(self.places_ned_m, axis=0), axis=1).sum())
 
     @property
-    def turn_max_deg_s(self) -> float:
-        """The greatest turn from a step to the next; its unit follows from the step's STEP_S."""
+    def clearance_m(self) -> float:
+        return float(self.gaps_m.min(initial=np.inf))
+
+    @property
+    def turn_max_rad(self) -> float:
+        """The greatest turn from a step to the next."""
         moves = np.diff(self.places_ned_m, axis=0)
         lengths = np.linalg.norm(moves, axis=1)
         moves = moves[lengths > 1e-9] / lengths[lengths > 1e-9][:, None]
         cosines = np.clip((moves[1:] * moves[:-1]).sum(axis=1), -1.0, 1.0)
-        return float(np.degrees(np.arccos(cosines)).max(initial=0.0) / STEP_S)
+        return float(np.arccos(cosines).max(initial=0.0))
+
+    @property
+    def turn_max_deg_s(self) -> float:
+        """The same as a rate; its unit follows from the step's STEP_S."""
+        return float(np.degrees(self.turn_max_rad)) / STEP_S
 
 
-def fly_scene(scene: FieldScene, method: Method, gains: Gains, step_m: float, steps: int, seed: int) -> FieldFlight:
-    """`steps` at most; the seed is that of the random pushes."""
+def fly_scene(
+    scene: FieldScene, method: Method, gains: Gains, step_m: float, steps: int, seed: int, inertia_1_s: float = 0.0
+) -> FieldFlight:
+    """`steps` at most; the seed is that of the random pushes; inertia_1_s: see `fly_steps`."""
     bodies = scene.bodies.copy()
     count = len(bodies)
-    path, which = np.zeros((steps + 1, 3)), np.zeros(count, dtype=np.int64)
+    path, which = np.zeros((steps + 1, 4)), np.zeros(count, dtype=np.int64)
     draws = np.random.default_rng(seed).normal(size=(DRAWS, 3))
     outcome, flown, escapes = fly_steps(
         bodies, scene.phases.copy(), PERIOD, scene.start_ned_m, scene.goal_ned_m, gains, step_m, TOLERANCE_M,
-        "B" in method.modules, method.inertia_1_s, draws, path, which, np.zeros((count, 4)), np.zeros((count, TRACK_COLUMNS)),
+        "B" in method.modules, inertia_1_s, draws, path, which, np.zeros((count, 4)), np.zeros((count, TRACK_COLUMNS)),
         np.zeros(TRAP_SIZE), np.zeros((PAST, 3)), np.zeros(FIELD_SIZE),
     )  # fmt: skip
-    places = path[: flown + 1]
+    places = path[: flown + 1, :3]
     gap_m = float(np.linalg.norm(places - scene.goal_ned_m, axis=1).min())
-    return FieldFlight(OUTCOMES[outcome], flown, escapes, places, gap_m)
+    return FieldFlight(OUTCOMES[outcome], flown, escapes, places, path[1 : flown + 1, 3], gap_m)
 
 
 def collided(flight: FieldFlight) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 
 from flightapp.core.types import Array
 from flightapp.planning.adaptive_apf.paper_step import STEP_S
+from flightapp.space.bodies import V_NORTH
 from flightapp.space.shapes import Sphere, bodies_of
 
 RADIUS_M = 0.5
@@ -38,6 +39,11 @@ class FieldScene:
     phases: Array
     start_ned_m: Array
     goal_ned_m: Array
+
+    @property
+    def moves(self) -> bool:
+        """Whether any body does."""
+        return bool(self.bodies[:, V_NORTH:].any())
 
 
 def _standing(name: str, places: tuple[tuple[float, float, float], ...]) -> FieldScene:

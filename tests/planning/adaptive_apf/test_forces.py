@@ -10,7 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightapp.core.types import Array, Limits
-from flightapp.planning.adaptive_apf.field import FIELD_SIZE, FORCE, TRACK_COLUMNS, braking_m_s2, passing_side, sum_forces
+from flightapp.planning.adaptive_apf.field import (
+    FIELD_SIZE,
+    FORCE,
+    TRACK_COLUMNS,
+    braking_m_s2,
+    passing_side,
+    return_force,
+    sum_forces,
+)
 from flightapp.planning.adaptive_apf.forces import activation_m, closest_approach, repulsion, repulsive_potential
 from flightapp.planning.adaptive_apf.fuzzy import ANGLES_DEG, DISTANCES_M, speed_gain
 from flightapp.planning.adaptive_apf.gains import Gains
@@ -121,6 +129,38 @@ def test_closest_approach_is_the_least_distance(line_of_sight: Array, relative: 
 def test_head_on_everybody_passes_on_the_same_hand() -> None:
     assert passing_side(0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 1.0) == (0.0, 1.0, 0.0)  # northwards: to the east, the right
     assert passing_side(0.0, 0.0, 0.0, 0.0, -3.0, 0.0, 1.0) == (0.0, -1.0, 0.0)
+
+
+@FEW
+@given(vector, vector, vector, vector, st.booleans())
+def test_the_return_force_never_leads_away_from_the_line_and_brakes_only_on_the_way_to_it(
+    place: Array, velocity: Array, start: Array, goal: Array, zones: bool
+) -> None:
+    length = float(np.linalg.norm(goal - start))
+    used = gains(return_law="zones" if zones else "damped")
+    force = np.array(return_force(place, velocity, start, goal, used))
+    if length < 1e-3:
+        return
+    along = (goal - start) / length
+    to_line = (goal - place) - ((goal - place) @ along) * along
+    assert abs(force @ along) < 1e-9 * max(1.0, float(np.linalg.norm(force))) * 10.0
+    if velocity @ to_line <= 0.0:
+        assert force @ to_line >= -1e-9
+    assert not np.array(return_force(place, velocity, start, goal, gains())).any()
+
+
+def test_the_return_force_by_zones_is_the_printed_one() -> None:
+    start, goal, still = np.zeros(3), np.array((10.0, 0.0, 0.0)), np.zeros(3)
+    used = gains(return_law="zones")
+
+    def at(east: float, speed: float = 0.0) -> float:
+        return float(return_force(np.array((4.0, east, 0.0)), np.array((0.0, speed, 0.0)), start, goal, used)[1])
+
+    assert at(-4.0) == pytest.approx(0.5 * 4.0)  # zone 1: k1 n
+    assert at(-2.0, 3.0) == pytest.approx(-0.5 * 9.0 / (2.0 - 0.9))  # zone 2, on the way to the line: braked
+    assert at(-2.0, -3.0) == 0.0  # and away from it: not pushed further
+    assert at(-0.6) == pytest.approx(0.5 * 0.6 * 0.6)  # zone 3: k3 |n| n
+    assert return_force(np.array((4.0, 0.0, 0.0)), still, start, goal, used) == (0.0, 0.0, 0.0)
 
 
 def test_braking_stops_within_the_room_and_never_drives_on() -> None:
