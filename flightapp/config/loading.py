@@ -8,7 +8,7 @@ import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -70,9 +70,7 @@ def _sentence(path: Path, model: type[BaseModel], finding: Any) -> str:
         return f"{path}: {location}.{field} = {finding['ctx']['tag']!r}: must be one of {finding['ctx']['expected_tags']}"
     if kind == "extra_forbidden":
         known = _known_keys(model, finding["loc"][:-1])
-        near = difflib.get_close_matches(str(parts[-1]), known, n=1, cutoff=0.5)
-        right = f"did you mean '{near[0]}'?" if near else f"known here: {', '.join(sorted(known))}"
-        return f"{path}: {location} = {shown}: unknown field; {right}"
+        return f"{path}: {location} = {shown}: unknown field; {known_instead(str(parts[-1]), known)}"
     if kind == "missing":
         return f"{path}: {location}: missing; this field is required"
     if kind == "value_error":
@@ -83,7 +81,7 @@ def _sentence(path: Path, model: type[BaseModel], finding: Any) -> str:
         message = "must be a number, true or false, a text, a list of numbers, or a table of numbers and texts"
         return f"{path}: {location}: {message}"
     else:
-        message = _message(kind, finding)
+        message = wanted_instead(finding)
     return f"{path}: {location} = {shown}: {message}" if location else f"{path}: {message}"
 
 
@@ -114,7 +112,17 @@ _WORDS = {
 }
 
 
-def _message(kind: str, finding: Any) -> str:
+def known_instead(name: str, known: Sequence[str]) -> str:
+    """What may have been meant by `name`: the nearest of the `known` names, or all of them."""
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    return f"did you mean '{near[0]}'?" if near else f"known here: {', '.join(sorted(known))}"
+
+
+def wanted_instead(finding: Any) -> str:
+    """What would be right in place of the value of a validator's `finding`."""
+    kind = finding["type"]
+    if kind == "value_error":
+        return str(finding["ctx"]["error"])
     if kind == "too_short" and finding["ctx"]["min_length"] == 1:
         return "must not be empty"
     if kind in _WORDS:
@@ -158,24 +166,26 @@ def _location(parts: tuple[int | str, ...]) -> str:
 
 
 def _known_keys(model: type[BaseModel], parts: tuple[int | str, ...]) -> list[str]:
-    """Field names of the (nested) model at `parts`, found by walking annotations."""
-    current: Any = model
+    """Field names of the (nested) model at `parts`, found by walking annotations; a part that is no field is a shape's tag."""
+    current = [model]
     for part in parts:
         if isinstance(part, int):
             continue
-        field = getattr(current, "model_fields", {}).get(part)
-        if field is None:
-            return []
-        current = _model_in(field.annotation)
-    return list(getattr(current, "model_fields", {}))
+        inner = [
+            one for outer in current if part in outer.model_fields for one in _models_in(outer.model_fields[part].annotation)
+        ]
+        current = inner or [one for one in current if _has_tag(one, part)]
+    return list(current[0].model_fields) if current else []
 
 
-def _model_in(annotation: Any) -> Any:
-    """The first model class inside an annotation such as `tuple[Vehicle, ...]` or `X | None`."""
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    """The model classes inside an annotation such as `tuple[Vehicle, ...]` or `X | None`."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    for argument in getattr(annotation, "__args__", ()):
-        found = _model_in(argument)
-        if found is not None:
-            return found
-    return None
+        return [annotation]
+    found = [model for argument in getattr(annotation, "__args__", ()) for model in _models_in(argument)]
+    return list(dict.fromkeys(found))
+
+
+def _has_tag(model: type[BaseModel], tag: str) -> bool:
+    """Whether one of the model's fields can only be `tag`."""
+    return any(get_args(field.annotation) == (tag,) for field in model.model_fields.values())

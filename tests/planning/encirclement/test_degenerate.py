@@ -208,7 +208,7 @@ def test_messages_that_are_nonsense_are_left_out(bad: float) -> None:
         ({"polygons_m": [[[0.0, 0.0], [0.0, 0.0]]]}, r"polygon 0: its corners are one place"),
         ({"mate_silent_s": 0.5}, r"mate_silent_s = 0.5 must be at least mate_stale_s = 1.0"),
         ({"target_lost_s": 2.0}, r"must follow one another"),
-        ({"shrinking": 1}, r"shrinking is not a parameter; known: capture, "),
+        ({"shrinking": 1}, r"shrinking is not a parameter; did you mean 'shrink'"),
     ],
 )
 def test_what_cannot_be_is_one_clear_sentence(parameters: dict[str, object], sentence: str) -> None:
