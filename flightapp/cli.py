@@ -772,7 +772,9 @@ def field_study(
     seeds: Annotated[str, typer.Option("--seeds", help="Of the random scenes: 17, 0-999 or 3,5,20-29.")] = "0-999",
     method: Annotated[list[str] | None, typer.Option("--method", help='As "APF+A"; repeatable, default all.')] = None,
     step_m: Annotated[float, typer.Option("--step-m", help="Of the vehicle in the random scenes; 0.02 is printed.")] = 0.0325,
-    literal: Annotated[bool, typer.Option("--literal", help="Attraction and goal factor without bounds, return by zones: as printed.")] = False,
+    literal: Annotated[
+        bool, typer.Option("--literal", help="Attraction and goal factor without bounds, return by zones: as printed.")
+    ] = False,
     as_json: Json = False,
     output: Annotated[Path | None, typer.Option("--out", help="New folder; default campaigns/TIME-apf.")] = None,
 ) -> None:
