@@ -18,6 +18,7 @@ from flightapp.control.gains import Gains
 from flightapp.control.law import decide, shortened
 from flightapp.control.observer import APPLIED, BRAKE_AFTER_S, DISTURBANCE, GAP, STARTED, STATE_SIZE, observe
 from flightapp.core.types import Array, Setpoint, VehicleState
+from flightapp.vehicle.velocity_gains import VelocityGains
 
 Variant = Literal["acceleration", "velocity"]
 OF_VELOCITY = slice(3, 6)
@@ -80,6 +81,15 @@ class VelocityTracker:
     def disturbance_ned_m_s2(self) -> Array:
         """What is believed of the air's push and of everything else that the model leaves out."""
         return self._state[DISTURBANCE : DISTURBANCE + 3].copy()
+
+    @property
+    def loop(self) -> VelocityGains:
+        """What it counts on the autopilot's velocity loop to do."""
+        return VelocityGains(float(self._gain_1_s[0]), float(self._gain_1_s[2]))
+
+    def fly_over(self, loop: VelocityGains) -> None:
+        """The gains of the autopilot's velocity loop, where they are known better than by the profile."""
+        self._gain_1_s = np.array([loop.planar_1_s, loop.planar_1_s, loop.vertical_1_s])
 
     def watch(self, own: VehicleState, dt_s: float) -> None:
         """The own state of this control period, `dt_s` after the last."""

@@ -25,6 +25,7 @@ from flightapp.preflight.checks import (
     system_id,
     team,
     transmitter,
+    velocity_loop,
 )
 from flightapp.preflight.facts import Facts
 from flightapp.preflight.result import Level, Result
@@ -42,6 +43,7 @@ CHECKS: tuple[Check, ...] = (
     battery.judge,
     fence.judge,
     autopilot_parameters.judge,
+    velocity_loop.judge,
     camera.judge,
     team.judge,
     certificates.judge,

@@ -9,6 +9,7 @@ from flightapp.preflight.px4_parameters import Needed, needed_parameters
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.rooms import Rooms
+from flightapp.vehicle.velocity_gains import PLANAR, VERTICAL
 
 
 class Gatherer:
@@ -33,6 +34,9 @@ class Gatherer:
         """Ask for every parameter of the table; FlightError where the autopilot does not answer properly."""
         for rule in self.needed:
             self._parameters[rule.name] = await self._rooms.autopilot.parameter(rule.name, is_integer=rule.is_integer)
+        if self._rooms.tracker is not None:
+            for name in (PLANAR, VERTICAL):
+                self._parameters[name] = await self._rooms.autopilot.parameter(name, is_integer=False)
 
     async def write_parameter(self, rule: Needed) -> float | None:
         """Write what `rule` wants, and read it back."""

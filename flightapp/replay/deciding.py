@@ -36,6 +36,8 @@ def decide(flight: Flight, planner: Planner) -> Iterator[tuple[Tick, Decided]]:
     hover = Hover(mission.height_of(vehicle), limits.climb_rate_max_m_s, profile.control.altitude_gain_1_s)
     feed_forward = profile.control.acceleration_feed_forward
     tracker = build_tracker(mission, vehicle, profile)
+    if tracker is not None and flight.velocity_gains is not None:
+        tracker.fly_over(flight.velocity_gains)
     for tick in flight.ticks:
         if tick.given is None:
             continue

@@ -20,6 +20,8 @@ from flightapp.recording.observation import Given, given_by, number, vector
 from flightapp.recording.reader import Recording, Series, discs_of, read_recording
 from flightapp.runtime.composition import surveyed_obstacles
 from flightapp.runtime.recorded_inputs import MISSION_FILE, PROFILE_FILE
+from flightapp.runtime.velocity_loop import EVENT as VELOCITY_LOOP
+from flightapp.vehicle.velocity_gains import VelocityGains
 
 Record = TypeVar("Record")
 
@@ -63,6 +65,8 @@ class Flight:
     vehicle: Vehicle
     seed: int
     ticks: tuple[Tick, ...]
+    velocity_gains: VelocityGains | None = None
+    """Of the autopilot's velocity loop, where a controller flew over it and they were recorded."""
 
 
 def read_flight(path: Path) -> Flight:
@@ -83,7 +87,15 @@ def read_flight(path: Path) -> Flight:
     if not seed.isdecimal():
         raise InputError(f"{path}: metadata run: seed = '{seed}': must be a whole number")
     ticks = _Reader(recording, mission.boundary.as_boundary(), surveyed_obstacles(mission)).ticks()
-    return Flight(recording, mission, profile, mission.vehicle(recording.vehicle), int(seed), ticks)
+    gains = _velocity_gains(recording)
+    return Flight(recording, mission, profile, mission.vehicle(recording.vehicle), int(seed), ticks, gains)
+
+
+def _velocity_gains(recording: Recording) -> VelocityGains | None:
+    for message in recording.topic("/event").messages:
+        if message["name"] == VELOCITY_LOOP:
+            return VelocityGains(float(message["data"]["planar_1_s"]), float(message["data"]["vertical_1_s"]))
+    return None
 
 
 def _check_version(path: Path, version: str | None) -> None:

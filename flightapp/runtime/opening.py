@@ -39,6 +39,7 @@ from flightapp.runtime.leadership import memory_path
 from flightapp.runtime.outcome import Outcome
 from flightapp.runtime.recorded_inputs import record_inputs
 from flightapp.runtime.rooms import Rooms
+from flightapp.runtime.velocity_loop import learn_velocity_gains
 from flightapp.safety.supervisor import make_supervisor
 from flightapp.vehicle.pose_history import PoseHistory
 from flightapp.vehicle.px4 import Px4
@@ -127,6 +128,7 @@ async def open_rooms(wish: Wish, heartbeat: Heartbeat) -> AsyncIterator[Opened]:
             stack.enter_context(url_told(wish.run, wish.vehicle, recorder.live_url))
         try:
             journal.event("info", "autopilot", await autopilot.connect())
+            await learn_velocity_gains(rooms)
         except FlightError as error:
             journal.event("error", "fault", str(error))
             journal.phase("done", str(error), Outcome.FAULT.value)

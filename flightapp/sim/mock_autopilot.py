@@ -11,7 +11,7 @@ import math
 import signal
 import socket
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, NoReturn, TextIO
@@ -24,15 +24,22 @@ from flightapp.core.parent_death import signal_on_parent_death
 from flightapp.sim.autopilot_core import AutopilotCore, EventSink
 from flightapp.sim.autopilot_estimator import Estimator, Noise
 from flightapp.sim.autopilot_frames import Frames, displaced_origin
-from flightapp.sim.autopilot_parameters import Parameters, Value, parse_override
+from flightapp.sim.autopilot_parameters import DEFAULTS, Parameters, Value, parse_override
 from flightapp.sim.fault_script import ActiveFault, FaultEngine, FaultScript, load_fault_script
 from flightapp.sim.mavlink_io import RealTime, Station
 from flightapp.sim.mission_wind import wind_of
 from flightapp.sim.multirotor import Multirotor, MultirotorLimits, Vector, Wind
+from flightapp.vehicle.velocity_gains import PLANAR, VERTICAL
 
 _DATUM = GeodeticPoint(47.3977, 8.5456, 488.0)
-PX4_GAIN_1_S, PX4_INTEGRAL_1_S2 = 1.8, 0.4
-"""PX4's defaults of MPC_XY_VEL_P_ACC and MPC_XY_VEL_I_ACC."""
+PLANAR_INTEGRAL, VERTICAL_INTEGRAL = "MPC_XY_VEL_I_ACC", "MPC_Z_VEL_I_ACC"
+VELOCITY_LOOP = {
+    PLANAR: "velocity_gain_1_s",
+    VERTICAL: "vertical_gain_1_s",
+    PLANAR_INTEGRAL: "integral_1_s2",
+    VERTICAL_INTEGRAL: "vertical_integral_1_s2",
+}
+"""PX4's parameters of the velocity loop, and where the multirotor has them."""
 _RESERVE = 1.3
 """How far the frame's abilities lie above the limits in the profile."""
 _EXAMPLE = """examples:
@@ -88,11 +95,10 @@ def make_station(setup: Setup, event: EventSink) -> tuple[Station, FaultEngine]:
         if core is not None:
             core.status(4, f"Fault {kind}: {active.name}")
 
-    parameters = Parameters({**setup.parameters, "MAV_SYS_ID": setup.system_id})
+    limits = _with_gains(setup.limits, setup.parameters)
+    parameters = Parameters({**_gains_of(limits), **setup.parameters, "MAV_SYS_ID": setup.system_id})
     faults = FaultEngine(setup.script, seed=setup.seed, report=report)
-    vehicle = Multirotor(
-        setup.limits, position_ned_m=setup.position_ned_m, yaw_rad=setup.heading_rad, wind=setup.wind, seed=setup.seed
-    )
+    vehicle = Multirotor(limits, position_ned_m=setup.position_ned_m, yaw_rad=setup.heading_rad, wind=setup.wind, seed=setup.seed)
     estimator = Estimator(setup.noise, no_aid_s=float(parameters["EKF2_NOAID_TOUT"]) * 1e-6, seed=setup.seed)
     core = AutopilotCore(
         vehicle=vehicle, estimator=estimator, frames=setup.frames, parameters=parameters, faults=faults, event=event
@@ -162,7 +168,21 @@ def _from_mission(
 
 def with_velocity_loop(limits: MultirotorLimits, loop: Literal["reference", "px4"]) -> MultirotorLimits:
     """`limits` with the velocity loop that the mission asks for."""
-    return limits if loop == "reference" else replace(limits, velocity_gain_1_s=PX4_GAIN_1_S, integral_1_s2=PX4_INTEGRAL_1_S2)
+    return limits if loop == "reference" else _with_gains(limits, {name: DEFAULTS[name] for name in VELOCITY_LOOP})
+
+
+def _with_gains(limits: MultirotorLimits, parameters: Mapping[str, Value]) -> MultirotorLimits:
+    """`limits` with those gains of the velocity loop that `parameters` name."""
+    return replace(limits, **{VELOCITY_LOOP[name]: float(value) for name, value in parameters.items() if name in VELOCITY_LOOP})
+
+
+def _gains_of(limits: MultirotorLimits) -> dict[str, Value]:
+    """What the velocity loop flies with, for whoever asks; the reference loop has no integral."""
+    vertical = limits.velocity_gain_1_s if limits.vertical_gain_1_s is None else limits.vertical_gain_1_s
+    gains: dict[str, Value] = {PLANAR: limits.velocity_gain_1_s, VERTICAL: vertical}
+    if limits.integral_1_s2 is None:
+        return {**gains, PLANAR_INTEGRAL: 0.0, VERTICAL_INTEGRAL: 0.0}
+    return gains
 
 
 def frame_limits(own: VehicleLimits) -> MultirotorLimits:
@@ -170,7 +190,7 @@ def frame_limits(own: VehicleLimits) -> MultirotorLimits:
     return MultirotorLimits(
         speed_max_m_s=_RESERVE * own.speed_max_m_s,
         climb_rate_max_m_s=_RESERVE * own.climb_rate_max_m_s,
-        descent_rate_max_m_s=_RESERVE * own.climb_rate_max_m_s,
+        descent_rate_max_m_s=_RESERVE * own.sink_rate_max_m_s,
         acceleration_max_m_s2=_RESERVE * own.acceleration_max_m_s2,
         jerk_max_m_s3=_RESERVE * own.jerk_max_m_s3,
         yaw_rate_max_rad_s=_RESERVE * own.yaw_rate_max_rad_s,

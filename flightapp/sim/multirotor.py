@@ -44,6 +44,10 @@ class MultirotorLimits:
     """Time constant with which the velocity loop takes out a disturbance."""
     integral_1_s2: float | None = None
     """Instead, as PX4 does, by the integral of its velocity error with this gain (MPC_XY_VEL_I_ACC): much slower."""
+    vertical_gain_1_s: float | None = None
+    """Of the vertical velocity error (MPC_Z_VEL_P_ACC); None: as in the plane."""
+    vertical_integral_1_s2: float | None = None
+    """Of the vertical velocity error (MPC_Z_VEL_I_ACC); None: as in the plane."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +125,7 @@ class Multirotor:
         self._gain_1_s = min(
             limits.velocity_gain_1_s, 0.25 / limits.response_s, 0.9 * limits.jerk_max_m_s3 / limits.acceleration_max_m_s2
         )
+        self._vertical_gain_1_s = self._gain_1_s if limits.vertical_gain_1_s is None else limits.vertical_gain_1_s
 
     @property
     def height_above_ground_m(self) -> float:
@@ -206,15 +211,16 @@ class Multirotor:
             north_m_s2 = gain * (north - velocity[0] - error[0]) + feed_forward[0] - estimate[0]
             east_m_s2 = gain * (east - velocity[1] - error[1]) + feed_forward[1] - estimate[1]
         down = min(max(down, -limits.climb_rate_max_m_s), limits.descent_rate_max_m_s)
-        down_m_s2 = gain * (down - velocity[2] - error[2]) + feed_forward[2] - estimate[2]
+        down_m_s2 = self._vertical_gain_1_s * (down - velocity[2] - error[2]) + feed_forward[2] - estimate[2]
         north_m_s2, east_m_s2, down_m_s2 = north_m_s2 + bias[0], east_m_s2 + bias[1], down_m_s2 + bias[2]
         size = math.sqrt(north_m_s2 * north_m_s2 + east_m_s2 * east_m_s2 + down_m_s2 * down_m_s2)
         if limits.integral_1_s2 is not None and size <= limits.acceleration_max_m_s2 and command.velocity_ned_m_s is not None:
             summed = limits.integral_1_s2 * dt_s
+            vertical = summed if limits.vertical_integral_1_s2 is None else limits.vertical_integral_1_s2 * dt_s
             self._disturbance_estimate = (
                 estimate[0] - summed * (north - velocity[0] - error[0]),
                 estimate[1] - summed * (east - velocity[1] - error[1]),
-                estimate[2] - summed * (down - velocity[2] - error[2]),
+                estimate[2] - vertical * (down - velocity[2] - error[2]),
             )
         if size > limits.acceleration_max_m_s2:
             scale = limits.acceleration_max_m_s2 / size

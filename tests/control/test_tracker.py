@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,14 +16,15 @@ from flightapp.runtime.composition import build_tracker, feeds_forward
 from flightapp.safety.guards.setpoints import with_velocity
 from flightapp.sim.mock_autopilot import frame_limits, with_velocity_loop
 from flightapp.sim.multirotor import Command, Multirotor, Wind
+from flightapp.vehicle.velocity_gains import VelocityGains
 
 MISSIONS = Path(__file__).resolve().parents[2] / "missions"
 PROFILE = load_profile(MISSIONS.parent / "profiles" / "sim.toml")
 
 
-def error_in_wind(tracker: VelocityTracker | None, *, guarded: bool = False) -> float:
+def error_in_wind(tracker: VelocityTracker | None, *, guarded: bool = False, gain_1_s: float = 1.8) -> float:
     """Mean planar velocity error, m/s, of a weaving flight in 8 m/s of wind under PX4's own loop."""
-    limits = with_velocity_loop(frame_limits(PROFILE.limits), "px4")
+    limits = replace(with_velocity_loop(frame_limits(PROFILE.limits), "px4"), velocity_gain_1_s=gain_1_s)
     vehicle = Multirotor(limits, position_ned_m=(0.0, 0.0, -5.0), wind=Wind(5.7, 5.7, 1.5), ground_down_m=0.0, seed=3)
     vehicle.motors.running, vehicle.on_ground = True, False
     errors = []
@@ -47,6 +49,12 @@ def test_it_takes_out_most_of_wind_and_lag_and_still_much_where_guards_drop_what
     alone = error_in_wind(None)
     assert error_in_wind(make_tracker(PROFILE)) < 0.5 * alone
     assert error_in_wind(make_tracker(PROFILE), guarded=True) < 0.75 * alone
+
+
+def test_it_follows_better_where_it_knows_the_gain_of_the_loop_below() -> None:
+    assumed, told = make_tracker(PROFILE), make_tracker(PROFILE)
+    told.fly_over(VelocityGains(0.5, 4.0))
+    assert error_in_wind(told, gain_1_s=0.5) < 0.95 * error_in_wind(assumed, gain_1_s=0.5)
 
 
 def test_a_guard_that_changes_the_velocity_leaves_the_compensation_of_the_wind() -> None:

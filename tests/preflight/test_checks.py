@@ -103,6 +103,8 @@ NOT_READY = {
         "storage",
         Level.FAILED,
     ),
+    "velocity loop tuned otherwise": (with_parameter("MPC_XY_VEL_P_ACC", 2.6), "MPC_XY_VEL_P_ACC", Level.WARNING),
+    "velocity loop unknown": (with_parameter("MPC_Z_VEL_P_ACC", None), "MPC_Z_VEL_P_ACC", Level.WARNING),
     "disk nearly full": (good_facts(computer=ComputerFacts(10**9, ("performance",), True)), "disk", Level.WARNING),
     "powersave": (good_facts(computer=ComputerFacts(10**11, ("powersave",), True)), "cpu-governor", Level.WARNING),
     "governor not told": (good_facts(computer=ComputerFacts(10**11, (), True)), "cpu-governor", Level.SKIPPED),

@@ -33,6 +33,7 @@ from flightapp.runtime.outcome import Outcome
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.recorded_inputs import record_inputs
 from flightapp.runtime.rooms import Rooms
+from flightapp.runtime.velocity_loop import learn_velocity_gains
 from flightapp.safety.supervisor import make_supervisor
 from flightapp.sim.autopilot_frames import Frames, displaced_origin
 from flightapp.sim.autopilot_parameters import Value
@@ -175,6 +176,7 @@ async def _last_resort(one: VirtualVehicle) -> None:
 async def _mission(one: VirtualVehicle) -> None:
     try:
         await one.autopilot.connect()
+        await learn_velocity_gains(one.rooms)
         one.outcome = await one.executive.fly()
         ticks = one.loop.ticks
         with suppress(TimeoutError):
