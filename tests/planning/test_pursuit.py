@@ -203,9 +203,9 @@ near = st.tuples(st.floats(-3.1, 3.1), st.floats(0.05, 11.9)).map(lambda at: (at
 slow_velocity = st.tuples(*[st.floats(-3.0, 3.0)] * 2)
 
 
-def firsts(pursuers: Sequence[Point], evader_velocity: Point) -> list[Point]:
+def firsts(pursuers: Sequence[Point], evader_velocity: Point, contact: str = "at-once") -> list[Point]:
     """Of `pursuers` of an evader at the origin, those that meet it; all the others flank it."""
-    parameters = Ac2fParameters.model_validate({"capture": CONTACT})
+    parameters = Ac2fParameters.model_validate({"capture": CONTACT, "contact": contact})
     found = []
     for own in pursuers:
         others = tuple(other for other in pursuers if other != own)
@@ -231,6 +231,19 @@ def test_the_earlier_goes_first_and_of_equals_the_one_further_south_also_where_e
     assert firsts([(5.0, 0.0), (-5.2, 0.0)], (0.0, 0.0)) == [(-5.2, 0.0)]
     chain = [(5.0, 0.0), (-4.0, 4.12), (-6.6, 0.0)]  # in seconds 0.83, 0.96, 1.10: the last ties with the second, not the first
     assert firsts(chain, (0.0, 0.0)) == [(-4.0, 4.12)]
+
+
+@pytest.mark.parametrize(
+    ("pursuers", "at_once", "encircled"),
+    [
+        ([(4.0, 0.0), (5.0, 5.0), (5.0, -5.0)], 1, 0),  # all on one side
+        ([(4.0, 0.0), (-5.0, 5.0), (-5.0, -5.0)], 1, 1),
+        ([(4.0, 0.0), (5.0, 5.0)], 1, 1),  # two enclose nothing, however long one waits
+    ],
+)
+def test_where_it_is_to_be_encircled_nobody_meets_the_evader_before(pursuers: list[Point], at_once: int, encircled: int) -> None:
+    assert len(firsts(pursuers, (0.0, 0.0))) == at_once
+    assert len(firsts(pursuers, (0.0, 0.0), "encircled")) == encircled
 
 
 @given(

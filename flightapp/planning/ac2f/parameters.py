@@ -177,6 +177,9 @@ class Ac2fParameters(StrategyParameters):
     """Where the first contact ends it: closing speed with which the evader is met when it is caught up with."""
     contact_braking_share: float = Field(default=0.3, gt=0, le=1)
     """Share of the acceleration limit with which the closing speed comes down to that one: what is left steers."""
+    contact: Literal["at-once", "encircled"] = "at-once"
+    """Where the first contact ends it: the evader is met as soon as it can be, or by three and more pursuers only once it is
+    inside their hull; until then each flies to its slot at `flank_radius_m`."""
     flank_radius_m: float = Field(default=3.0, gt=0)
     """Where the first contact ends it: all but the pursuer that arrives first wait for a miss this far beside the evader."""
     flank_tie_s: float = Field(default=0.15, ge=0)

@@ -6,7 +6,8 @@ Three ways to pursue:
   approach to the slot, braking relative to the evader.
 - `lead` where the first contact ends it (capture mode `first`, hold radius that allows contact): the same far away; within the
   slot range the pursuer that arrives first meets the evader's predicted motion, and the others fly beside it for the case of a
-  miss, each on its slot: two that converge on one place would brake for each other.
+  miss, each on its slot: two that converge on one place would brake for each other. With `contact` = "encircled" nobody meets it
+  before it is inside the hull of all.
 - without `lead` (the source's literal form): at top speed to the game point and, in the fine and tracking stage or below the
   fine distance, to where the evader is. A keep-out around the evader needs the approach to a slot all the same.
 """
@@ -41,10 +42,14 @@ from flightapp.planning.ac2f.records import (
 from flightapp.planning.ac2f.slots import free_slot_bearing_rad, slack_rad, slot_bearing_rad
 from flightapp.planning.ac2f.stage import FINE, TRACKING
 from flightapp.planning.capture import CaptureRule
+from flightapp.planning.geometry.hull import hull_distance_m
 
 UNION = code_of(Ac2fParameters, "game", "union")
 EVADER = code_of(Ac2fParameters, "goal", "evader")
 FIRST = code_of(CaptureRule, "mode", "first")
+AT_ONCE = code_of(Ac2fParameters, "contact", "at-once")
+ENCLOSING_MIN = 3
+"""Fewer pursuers enclose nothing."""
 Planar = tuple[float, float]
 
 
@@ -122,6 +127,14 @@ def _contact_time_s(parameters: Record, view: Record, pursuers: Array, i: int) -
     north, east = v.target_n - pursuers[i, 0], v.target_e - pursuers[i, 1]
     time_s: float = arrival_time_s(north, east, v.target_vn, v.target_ve, parameters[0].speed_max_m_s)
     return time_s
+
+
+@compiled(TRUTH(PARAMETERS_TYPE, VIEW_TYPE, ROWS))
+def may_touch(parameters: Record, view: Record, pursuers: Array) -> bool:
+    """Whether the evader may be met now that `pursuers` (k, 2) are where they are."""
+    if parameters[0].contact == AT_ONCE or pursuers.shape[0] < ENCLOSING_MIN:
+        return True
+    return bool(hull_distance_m(pursuers, view[0].target_n, view[0].target_e) < 0.0)
 
 
 @compiled(TRUTH(PARAMETERS_TYPE, VIEW_TYPE, ROWS))
@@ -242,7 +255,7 @@ def intend(
         wanted.velocity_n, wanted.velocity_e = approach_velocity(
             parameters, own_n, own_e, v.target_vn, v.target_ve, slot_rad, p.slot_radius_m, keep_out_m
         )
-    elif goes_first(parameters, view, pursuers[:count]):
+    elif may_touch(parameters, view, pursuers[:count]) and goes_first(parameters, view, pursuers[:count]):
         wanted.goal_n = v.target_n
         wanted.goal_e = v.target_e
         wanted.velocity_n, wanted.velocity_e = contact_velocity(parameters, -own_n, -own_e, v.target_vn, v.target_ve)
