@@ -10,6 +10,7 @@ import orjson
 
 from flightapp.core.errors import InputError
 from flightapp.planning.registry import evader_names, planner_names
+from flightapp.recording.small_log import SUFFIX as SMALL_SUFFIX
 from flightapp.replay.deciding import decide
 from flightapp.replay.difference import difference
 from flightapp.replay.flight import Flight, read_flight
@@ -91,7 +92,9 @@ def replay(wanted: Wanted) -> Answer:
 
 
 def _files(folder: Path) -> Sequence[Path]:
-    files = [path for path in sorted(folder.glob("*.mcap")) if path.stem != TRUTH_STEM]
+    """Recordings of vehicles; the decimated logs beside them do not hold what was decided on."""
+    every = sorted(folder.glob("*.mcap"))
+    files = [path for path in every if path.stem != TRUTH_STEM and not path.name.endswith(SMALL_SUFFIX)]
     if not files:
         raise InputError(f"{folder}: no recording (.mcap) in this folder")
     return files

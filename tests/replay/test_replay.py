@@ -186,9 +186,11 @@ def test_a_run_folder_is_decided_vehicle_by_vehicle(tmp_path: Path) -> None:
     for name, vehicle in (("demo_pursuer", "p1"), ("demo_evader", "e1")):
         shutil.copy(GOLDEN / f"{name}.mcap", tmp_path / f"{vehicle}.mcap")
     (tmp_path / "p2.mcap").write_bytes(b"not a recording")
+    (tmp_path / "p1.small.mcap").write_bytes(b"not to be looked at")
     both = replay(Wanted(tmp_path, tolerance=TOLERANCE))
     assert [one.vehicle for one in both.replayed] == ["e1", "p1"]
     assert both.identical
+    assert [path.name for path, _ in both.left_out] == ["p2.mcap"]
     assert "p2.mcap: not a recording" in both.text()
     [only] = replay(Wanted(tmp_path, vehicle="e1")).replayed
     assert only.vehicle == "e1"
