@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from flightapp.analysis.campaign.everything import episode_row
 from flightapp.analysis.campaign.everything.campaign import Table, fly_everything, show_everything
 from flightapp.analysis.campaign.everything.choice import choices
+from flightapp.analysis.campaign.everything.curves import lines
 from flightapp.analysis.campaign.everything.episode_row import flown_row, histogram, quantile_us
 from flightapp.analysis.campaign.everything.grid import load_grid
 from flightapp.analysis.campaign.everything.ledger import NAME, read_rows
@@ -217,3 +218,37 @@ def test_a_row_is_plain_json_and_the_same_again(grid_file: Path) -> None:
     for row in (once, again):
         row.pop("cpu_s"), row.pop("decision_histogram")
     assert once == again
+
+
+CURVE = """
+[[curves]]
+name = "discs"
+title = "A line"
+scenarios = ["other", "small"]
+against = "layout.discs"
+label = "obstacles"
+"""
+
+
+def test_scenarios_that_differ_in_a_number_are_drawn_against_it(grid_file: Path) -> None:
+    grid_file.write_text(GRID + CURVE)
+    folder = flown(grid_file, "0").folder
+    for name in ("discs-success.png", "discs-distances.png"):
+        assert (folder / name).read_bytes().startswith(b"\x89PNG")
+    grid = load_grid(grid_file, (), (), "0")
+    found = lines(grid.curves[0], grid.scenarios, grid.planners, show_everything(grid, folder).figures)
+    assert [x for x, _ in found["apf"]] == [0.0, 6.0], "in the order of the number, not of the file"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "sentence"),
+    [
+        ('"other"', '"elsewhere"', "curves: discs: no scenario 'elsewhere' in families; it has small, other"),
+        ("layout.discs", "evader.policy", "curves: discs: against = 'evader.policy': no number in scenario 'other'"),
+        ("layout.discs", "nothing.at.all", "curves: discs: against = 'nothing.at.all': no number in scenario 'other'"),
+    ],
+)
+def test_a_curve_over_what_is_not_there_is_refused(grid_file: Path, before: str, after: str, sentence: str) -> None:
+    grid_file.write_text(GRID + CURVE.replace(before, after))
+    with pytest.raises(InputError, match=sentence):
+        load_grid(grid_file, (), (), "0")

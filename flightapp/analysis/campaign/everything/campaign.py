@@ -9,6 +9,7 @@ from pathlib import Path
 
 import joblib
 
+from flightapp.analysis.campaign.everything.curves import curve_pictures
 from flightapp.analysis.campaign.everything.episode_row import Row, flown_row, planner_stamp, scenario_stamp
 from flightapp.analysis.campaign.everything.figures import Figures, all_figures
 from flightapp.analysis.campaign.everything.grid import Grid
@@ -62,7 +63,7 @@ def fly_everything(grid: Grid, folder: Path, workers: Workers, again: Sequence[s
                         _write(grid, folder, ledger.rows)
         except KeyboardInterrupt:
             pass
-        return _write(grid, folder, ledger.rows)
+        return _drawn(grid, _write(grid, folder, ledger.rows))
 
 
 def show_everything(grid: Grid, folder: Path) -> Table:
@@ -70,7 +71,7 @@ def show_everything(grid: Grid, folder: Path) -> Table:
     rows = read_rows(folder / NAME)
     if not rows:
         raise InputError(f"--show: no episode in {folder / NAME}; fly some first, or name its folder with --output")
-    return _write(grid, folder, rows)
+    return _drawn(grid, _write(grid, folder, rows))
 
 
 def _check_again(grid: Grid, again: Sequence[str]) -> None:
@@ -132,3 +133,10 @@ def _write(grid: Grid, folder: Path, rows: Sequence[Row]) -> Table:
         if row["planner"] in grid.planners and row["by"] != planner_stamp(row["planner"]):
             older[row["planner"]] = older.get(row["planner"], 0) + 1
     return Table(folder, figures, text, sum(entry["runs"] for entry in figures), _wanted(grid), older)
+
+
+def _drawn(grid: Grid, table: Table) -> Table:
+    """The pictures beside `table`."""
+    for name, picture in curve_pictures(grid.curves, grid.scenarios, grid.planners, table.figures):
+        write_whole(table.folder / name, picture)
+    return table

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import Field
 
+from flightapp.analysis.campaign.everything.curve import Curve, checked
 from flightapp.analysis.campaign.seeds import parse_seeds
 from flightapp.config.loading import Strict, load
 from flightapp.core.errors import InputError
@@ -29,6 +30,7 @@ class GridFile(Strict):
     planners: tuple[str, ...] = Field(min_length=1)
     seeds: str = "0-199"
     families: tuple[Family, ...] = Field(min_length=1)
+    curves: tuple[Curve, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,7 @@ class Grid:
     seeds: tuple[int, ...]
     scenarios: tuple[Scenario, ...]
     families: tuple[tuple[str, tuple[str, ...]], ...]
+    curves: tuple[Curve, ...] = ()
 
 
 def load_grid(path: Path, planners: Sequence[str], scenarios: Sequence[str], seeds: str | None) -> Grid:
@@ -66,4 +69,5 @@ def load_grid(path: Path, planners: Sequence[str], scenarios: Sequence[str], see
         drawn,
         tuple(scenario for scenario in everything if scenario.name in wanted),
         tuple(family for family in families if family[1]),
+        checked(file.curves, {scenario.name: scenario for scenario in everything}, path),
     )
