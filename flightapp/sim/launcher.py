@@ -208,7 +208,7 @@ class Launcher:
                     if now_s - shown_s >= PROGRESS_PERIOD_S:
                         shown_s = now_s
                         view.poll(now_s)
-                        self._progress.show(now_s - self._started_s, view.states)
+                        self._progress.show(now_s - self._started_s, view.states, self._failed())
                     if now_s > deadline and self._stops == 0:
                         self._progress.say(f"no end within {deadline - self._started_s:.0f} s: landing every vehicle")
                         self._stops = 1
@@ -219,7 +219,7 @@ class Launcher:
                         stopping = asyncio.create_task(self._land_all(operator))
                     await asyncio.sleep(max(0.0, TRUTH_PERIOD_S - (self._clock.now_s() - now_s)))
                 view.poll(self._clock.now_s())
-                self._progress.show(self._clock.now_s() - self._started_s, view.states)
+                self._progress.show(self._clock.now_s() - self._started_s, view.states, self._failed())
         finally:
             if stopping is not None:
                 await stopping
@@ -237,6 +237,9 @@ class Launcher:
         for name, process in self._processes.flights.items():
             if name not in answered and process.returncode is None:
                 process.terminate()
+
+    def _failed(self) -> set[str]:
+        return {name for name, process in self._processes.flights.items() if process.returncode not in (None, 0, 1)}
 
     def _announce_ends(self) -> None:
         """Say it once when a vehicle process, autopilot or camera ends."""

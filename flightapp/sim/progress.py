@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from types import TracebackType
 
 from rich.console import Console
@@ -13,6 +13,8 @@ from rich.table import Table
 from flightapp.fleet.shared_state import SharedState
 
 LINE_PERIOD_S = 2.0
+FAILED = ("ended", "", "", "", "", "")
+"""In place of phase, mode, distance, clearance, link age and guards."""
 
 
 class Progress:
@@ -34,17 +36,21 @@ class Progress:
         if self._live is not None:
             self._live.stop()
 
-    def show(self, elapsed_s: float, states: Mapping[str, SharedState]) -> None:
-        """Show the newest state of every vehicle; lines at most every LINE_PERIOD_S, and at each change of phase."""
+    def show(self, elapsed_s: float, states: Mapping[str, SharedState], failed: Collection[str] = ()) -> None:
+        """Show the newest state of every vehicle; lines at most every LINE_PERIOD_S, and at each change of phase.
+
+        failed: vehicles whose process has ended with a fault. What they said last is not shown as if it went on.
+        """
+        rows = {name: FAILED if name in failed else _cells(state) for name, state in states.items()}
         if self._live is not None:
-            self._live.update(self._table(elapsed_s, states))
+            self._live.update(self._table(elapsed_s, rows))
             return
-        phases = tuple(f"{state.phase}/{state.mode}" for state in states.values())
+        phases = tuple("/".join(cells[:2]) for cells in rows.values())
         if elapsed_s - self._last_line_s < LINE_PERIOD_S and phases == self._last_phases:
             return
         self._last_line_s, self._last_phases = elapsed_s, phases
-        for state in states.values():
-            self.say(f"{elapsed_s:6.1f} s  {state.vehicle:<8} " + "  ".join(_cells(state)))
+        for name, cells in rows.items():
+            self.say(f"{elapsed_s:6.1f} s  {name:<8} " + "  ".join(cells))
 
     def say(self, line: str) -> None:
         """One plain line."""
@@ -54,12 +60,12 @@ class Progress:
             sys.stderr.write(line + "\n")
             sys.stderr.flush()
 
-    def _table(self, elapsed_s: float, states: Mapping[str, SharedState]) -> Table:
+    def _table(self, elapsed_s: float, rows: Mapping[str, tuple[str, ...]]) -> Table:
         table = Table(title=f"{self._title}   {elapsed_s:.1f} s", title_justify="left")
         for heading in ("vehicle", "phase", "mode", "to evader", "clearance", "link age", "guards"):
             table.add_column(heading)
-        for name, state in states.items():
-            table.add_row(name, *_cells(state))
+        for name, cells in rows.items():
+            table.add_row(name, *cells)
         return table
 
 
