@@ -31,6 +31,9 @@ TEAM_PLANS: Mapping[str, str] = {
 }
 """Strategies whose leader plans otherwise than by sectors around the evader."""
 
+UNLED = frozenset((*ENCIRCLEMENT, "tracking-hunting", "dwa"))
+"""Strategies that take no notice of a plan by sectors: where nobody looks on, none is made for them."""
+
 EVADERS: Mapping[str, str] = {
     "adversarial": "flightapp.planning.evasion.adversarial",
     "boundary-seeking": "flightapp.planning.evasion.boundary_seeking",

@@ -19,13 +19,12 @@ def arrival_times_s(starts: Array, speeds_m_s: Array, places: Array, velocity_m_
     speeds = speeds_m_s[:, None]
     a = float(velocity_m_s @ velocity_m_s) - speeds**2
     b = way @ velocity_m_s
-    c = (way**2).sum(axis=-1)
+    c = way[..., 0] ** 2 + way[..., 1] ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(b * b - a * c)
-        either = np.stack(((-b - root) / a, (-b + root) / a))
-        either = np.where(np.isfinite(either) & (either >= 0.0), either, np.inf)
-    first_s = either.min(axis=0)
-    times_s: Array = np.where(np.isfinite(first_s), first_s, np.sqrt(c) / speeds)
+        early_s, late_s = (-b - root) / a, (-b + root) / a
+        first_s = np.minimum(np.where(early_s >= 0.0, early_s, np.inf), np.where(late_s >= 0.0, late_s, np.inf))
+    times_s: Array = np.where(first_s < np.inf, first_s, np.sqrt(c) / speeds)
     return times_s
 
 

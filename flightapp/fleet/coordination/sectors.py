@@ -36,24 +36,20 @@ def divide(scene: Scene, radius_m: float) -> Division:
     turns = np.arange(0.0, 2.0 * math.pi / count, TURN_STEP_RAD)
     bearings = turns[:, None] + np.arange(count) * (2.0 * math.pi / count)
     times_s = _arrivals_s(scene, radius_m, bearings)
-    best: Division | None = None
-    for k in range(len(turns)):
-        _, seats = linear_sum_assignment(times_s[k] ** 2)
-        arrivals = times_s[k, np.arange(count), seats]
-        cost = _cost_s(arrivals)
-        if best is None or cost < best.cost_s:
-            best = Division(bearings[k, seats], arrivals, cost)
-    assert best is not None
-    return turned(scene, radius_m, best.bearings_rad)
+    squares = times_s**2
+    seats = np.array([linear_sum_assignment(square)[1] for square in squares])
+    arrivals = times_s[np.arange(len(turns))[:, None], np.arange(count), seats]
+    best = int(np.argmin(_costs_s(arrivals)))
+    return turned(scene, radius_m, bearings[best, seats[best]])
 
 
 def turned(scene: Scene, radius_m: float, bearings_rad: Array) -> Division:
     """The same pursuers on the same seats, `bearings_rad` (n,), and the whole circle turned as little as all need together."""
     north, east = np.array([(p.north_m - scene.north_m, p.east_m - scene.east_m) for p in scene.pursuers]).T
-    away = [wrapped_rad(float(rest)) for rest in np.arctan2(east, north) - bearings_rad]
+    away = [wrapped_rad(rest) for rest in (np.arctan2(east, north) - bearings_rad).tolist()]
     bearings = bearings_rad + sum(away) / len(away)
     arrivals = np.diagonal(_arrivals_s(scene, radius_m, bearings[None])[0]).copy()
-    return Division(np.array([wrapped_rad(float(bearing)) for bearing in bearings]), arrivals, _cost_s(arrivals))
+    return Division(np.array([wrapped_rad(bearing) for bearing in bearings.tolist()]), arrivals, float(_costs_s(arrivals)))
 
 
 def kept_bearings(scene: Scene, seats: Mapping[str, float]) -> Array | None:
@@ -68,14 +64,19 @@ def _arrivals_s(scene: Scene, radius_m: float, bearings_rad: Array) -> Array:
     starts = np.array([(pursuer.north_m, pursuer.east_m) for pursuer in scene.pursuers])
     speeds = np.array([pursuer.speed_max_m_s for pursuer in scene.pursuers])
     velocity = np.array((scene.v_north_m_s, scene.v_east_m_s))
-    ring = radius_m * np.stack((np.cos(bearings_rad), np.sin(bearings_rad)), axis=-1)
-    places = ring + np.array((scene.north_m, scene.east_m))
+    places = np.empty((*bearings_rad.shape, 2))
+    places[..., 0] = radius_m * np.cos(bearings_rad) + scene.north_m
+    places[..., 1] = radius_m * np.sin(bearings_rad) + scene.east_m
     times_s = arrival_times_s(starts, speeds, places, velocity)
+    if not len(scene.discs):
+        return times_s
     ends = places[..., None, :, :] + times_s[..., None] * velocity
     detours = detours_m(np.broadcast_to(starts[:, None, :], ends.shape), ends, scene.discs, PASSING_M)
     arrivals_s: Array = times_s + detours / speeds[:, None]
     return arrivals_s
 
 
-def _cost_s(arrivals_s: Array) -> float:
-    return float(arrivals_s.max() + MEAN_SHARE * arrivals_s.mean())
+def _costs_s(arrivals_s: Array) -> Array:
+    """(...,) s of arrivals (..., n)."""
+    costs_s: Array = arrivals_s.max(axis=-1) + MEAN_SHARE * (arrivals_s.sum(axis=-1) / arrivals_s.shape[-1])
+    return costs_s

@@ -63,8 +63,11 @@ class Bus(Generic[M]):
 class Assigning:
     """The cores of all pursuers, and what is on its way between them."""
 
-    def __init__(self, scenario: Scenario, key: int, planner: str, given: Mapping[str, object], limits: Limits) -> None:
-        """given: the parameters of the strategy `planner`."""
+    def __init__(
+        self, scenario: Scenario, key: int, planner: str, given: Mapping[str, object], limits: Limits, plans: bool = True
+    ) -> None:
+        """given: the parameters of the strategy `planner`; plans: False, nothing is planned, only a leader elected."""
+        self._is_planned = plans
         self._names = [f"p{index + 1}" for index in range(scenario.pursuers.count)]
         self._speed_m_s = scenario.pursuers.speed_max_m_s
         period_s, messages = scenario.control_period_s, scenario.messages
@@ -107,6 +110,8 @@ class Assigning:
         """Of every pursuer at control period `tick`, each from what it knows itself; None for those not `alive`."""
         self._now_s, self._alive = states[0].t_s, list(alive)
         self._elect(tick)
+        if not self._is_planned:
+            return [None] * len(self._cores)
         sent: list[tuple[int, Plan]] = []
         for i, core in enumerate(self._cores):
             if alive[i] and (i == 0 or self._elections):

@@ -11,9 +11,8 @@ import numpy as np
 
 from flightapp.core.clock import monotonic_ns, thread_ns
 from flightapp.core.types import Array, Assignment, Decision, Observation, TargetTrack, VehicleState
-from flightapp.planning.api import Planner
 from flightapp.planning.plane import nearest_on, segments
-from flightapp.planning.registry import known_parameters, make_evader, make_planner
+from flightapp.planning.registry import UNLED, known_parameters, make_evader, make_planner
 from flightapp.sim.batch.assigning import Assigning
 from flightapp.sim.batch.facts import evader_parameters, planner_parameters
 from flightapp.sim.batch.failing import Failing
@@ -76,13 +75,6 @@ def fly(
     return result
 
 
-def _timed(planner: Planner, observation: Observation) -> tuple[Decision, int]:
-    """The only look at the clock within an episode."""
-    began_ns = thread_ns()
-    decision = planner.step(observation)
-    return decision, thread_ns() - began_ns
-
-
 def _depth_sensing(scenario: Scenario, world: World, stream: int) -> DepthSensing | None:
     """Loaded only where it is wanted: renderer and perception double the time that the import takes."""
     if scenario.sensing.kind != "depth":
@@ -126,7 +118,8 @@ class _Flight:
         self._link = TeamLink(scenario, stream(Stream.MESSAGES))
         self._assigning: Assigning | None = None
         if scenario.messages.assignment:
-            self._assigning = Assigning(scenario, stream(Stream.MESSAGES), planner, given, limits)
+            plans = watcher is not None or planner not in UNLED
+            self._assigning = Assigning(scenario, stream(Stream.MESSAGES), planner, given, limits, plans)
         self._sight = TargetSight(scenario, stream(Stream.TARGET))
         target = scenario.target
         self._target_is_truth = not (target.position_noise_m or target.velocity_noise_m_s or target.latency_s)
@@ -165,14 +158,17 @@ class _Flight:
             ]
             observations.append(Observation(t_s, period_s, states[-1], teams[-1], None, seen[-1], boundary))
             decisions = []
+            before_ns = thread_ns()  # the only look at the clock within an episode: a system call, so one a decision
             for i, planner in enumerate(self._planners):
                 if not alive[i]:
                     decisions.append(Decision(np.zeros(3), None, states[i].yaw_rad, LOST_MODE, None))
                     modes[i], etas[i] = LOST_MODE, None
                     continue
-                decision, spent_ns = _timed(planner, observations[i])
+                decision = planner.step(observations[i])
+                after_ns = thread_ns()
                 decisions.append(decision)
-                self._decision_ns.append(spent_ns)
+                self._decision_ns.append(after_ns - before_ns)
+                before_ns = after_ns
                 modes[i] = decision.mode
                 eta = decision.diagnostics.get("eta_s")
                 etas[i] = eta if isinstance(eta, float) else None

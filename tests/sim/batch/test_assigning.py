@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-import numpy as np
+import dataclasses
+from pathlib import Path
 
-from flightapp.core.types import ObstacleSet, TargetTrack, TeamMember, VehicleState
+import numpy as np
+import pytest
+
+from flightapp.core.types import Decision, Observation, ObstacleSet, TargetTrack, TeamMember, VehicleState
+from flightapp.planning.registry import UNLED
 from flightapp.sim.batch.assigning import Assigning, Bus
+from flightapp.sim.batch.episode import Truth, fly
 from flightapp.sim.batch.facts import planner_parameters
-from flightapp.sim.batch.scenario import FAMILIES, Scenario
+from flightapp.sim.batch.scenario import FAMILIES, Scenario, load_scenario
 
 PERIOD_S = 0.1
+HUNTING = Path(__file__).parents[3] / "missions" / "scenarios" / "hunting-1-free.toml"
 NOTHING = ObstacleSet(0.0, np.zeros((0, 7)), np.zeros((0, 2)))
 
 
@@ -105,3 +112,27 @@ def test_the_bus_delays_and_loses_as_it_is_told() -> None:
     lossy: Bus[str] = Bus(2, 0, 0.3, 5, 1)
     heard = sum(len(lossy.pass_on(tick, [(0, "a")])[1]) for tick in range(1000))
     assert 630 < heard < 770
+
+
+class Onlooker:
+    """Keeps who was given a part of a plan."""
+
+    def __init__(self) -> None:
+        self.led = 0
+
+    def step(self, t_s: float, observations: list[Observation], decisions: list[Decision], truth: Truth) -> None:
+        self.led += sum(observation.assignment is not None for observation in observations)
+
+    def end(self, truth: Truth) -> None:
+        pass
+
+
+@pytest.mark.parametrize("planner", sorted(UNLED))
+def test_where_nobody_looks_on_no_plan_is_made_for_who_takes_no_notice_of_it(planner: str) -> None:
+    scenario = load_scenario(HUNTING, {"time_limit_s": "20.0"})
+    onlooker = Onlooker()
+    with_plan, without = fly(scenario, planner, 3, watcher=onlooker), fly(scenario, planner, 3)
+    assert onlooker.led == 5 * 40
+    for field in dataclasses.fields(with_plan):
+        if field.name not in ("decision_ns", "sim_wall_ns"):
+            assert getattr(with_plan, field.name) == getattr(without, field.name), field.name
