@@ -1,13 +1,14 @@
-"""`aadrc-smc` over PX4's velocity loop: the decided velocity and an acceleration beside it that takes out wind and lag.
+"""`aadrc-smc` over PX4's velocity loop: beside the velocity that the guards let through, an acceleration that makes it flown.
 
 PX4 commands gain x (setpoint - velocity) + fed forward acceleration; so what is fed forward is what the law wants less what PX4
-does by itself. The velocity setpoint stays what the planner decided: the guards judge that, and may drop the acceleration.
+does by itself. It follows what is *sent*: most decisions of a pursuit are changed by a guard, at least by the limits of
+acceleration and jerk. And it never takes away from PX4's own pull, or braking hard would become braking at the profile's limit.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -15,8 +16,8 @@ import numpy as np
 from flightapp.config.profile import Profile
 from flightapp.control.differentiator import differentiate
 from flightapp.control.gains import Gains
-from flightapp.control.law import decide, shortened
-from flightapp.control.observer import APPLIED, BRAKE_AFTER_S, DISTURBANCE, GAP, STARTED, STATE_SIZE, observe
+from flightapp.control.law import decide, limited_sum, shortened
+from flightapp.control.observer import APPLIED, BRAKE_AFTER_S, DISTURBANCE, GAP, STARTED, STATE_SIZE, TRACKING, observe
 from flightapp.core.types import Array, Setpoint, VehicleState
 from flightapp.vehicle.velocity_gains import VelocityGains
 
@@ -62,7 +63,9 @@ class TrackingGains:
 
 
 class VelocityTracker:
-    """State of one vehicle. Each control period `watch`, then `wish` where a planner flies, then `note` what was sent."""
+    """State of one vehicle. Each control period `watch`, `wish` where a planner flies, `forward` for what the guards let through,
+    and `note` what was sent. Nothing is fed forward before the first `begin`.
+    """
 
     def __init__(self, gains: TrackingGains) -> None:
         self._gains = gains
@@ -70,12 +73,12 @@ class VelocityTracker:
         self._gain_1_s = np.array([gains.velocity_gain_1_s, gains.velocity_gain_1_s, gains.vertical_gain_1_s])
         self._state = np.zeros(STATE_SIZE)
         self._smooth = np.zeros(6)
-        self._tracks = False
+        self._follows = False
+        self._tracked = False
         self._reference = np.full(9, math.nan)
         self._command = np.zeros(3)
         self._velocity = np.zeros(3)
         self._dt_s = 0.0
-        self._wished = False
 
     @property
     def disturbance_ned_m_s2(self) -> Array:
@@ -97,43 +100,60 @@ class VelocityTracker:
         self._velocity = own.velocity_ned_m_s
         observe(self._state, self._law, dt_s, own.position_ned_m, own.velocity_ned_m_s)
 
+    def begin(self) -> None:
+        """From now on there is something to follow. What was believed before, on the ground and in the climb, is forgotten."""
+        self._state[:] = 0.0
+        self._follows = True
+        self._tracked = False
+
     def wish(self, decided: Setpoint) -> Setpoint:
-        """`decided` as the supervisor is to be asked for it; unchanged where the own state has been unknown for too long."""
-        state, decided_m_s = self._state, decided.velocity_ned_m_s
-        if state[STARTED] == 0.0 or state[GAP] > BRAKE_AFTER_S or not np.isfinite(decided_m_s).all():
+        """`decided`, or in its place the velocity setpoint that makes the autopilot fly it, which the guards judge then.
+
+        For autopilots that take no acceleration beside a velocity.
+        """
+        decided_m_s = decided.velocity_ned_m_s
+        if self._gains.variant == "acceleration" or not self._is_able or not np.isfinite(decided_m_s).all():
             return decided
-        self._wished = True
-        if not self._tracks:
-            self._smooth[:3], self._smooth[3:] = decided_m_s, 0.0
-        differentiate(self._smooth, decided_m_s, self._gains.differentiator_rad_s, self._gains.damping, self._dt_s)
-        self._reference[OF_VELOCITY] = decided_m_s
-        self._reference[6:] = self._smooth[3:]
-        decide(state, self._law, self._reference, NOTHING, self._command)
-        if self._gains.variant == "velocity":
-            return Setpoint(self._velocity + self._command / self._gain_1_s, decided.yaw_rad)
-        forward, against = np.zeros(3), self._against()
-        shortened(self._command - self._gain_1_s * (decided_m_s - self._velocity), forward, self._gains.law.acceleration_max_m_s2)
-        forward[2] = min(self._gains.law.vertical_max_m_s2, max(-self._gains.law.vertical_max_m_s2, forward[2]))
-        return Setpoint(decided_m_s, decided.yaw_rad, forward - against, against)
+        self._decide(decided_m_s)
+        shortened(self._state[TRACKING : TRACKING + 3], self._command, self._gains.law.acceleration_max_m_s2)
+        return Setpoint(self._velocity + self._command / self._gain_1_s, decided.yaw_rad)
 
-    def steady(self, hover: Setpoint) -> Setpoint:
-        """`hover` with the compensation of the wind, so that it neither comes nor goes with the planner."""
-        if self._gains.variant == "velocity" or self._state[STARTED] == 0.0 or self._state[GAP] > BRAKE_AFTER_S:
-            return hover
-        return replace(hover, compensation_ned_m_s2=self._against())
+    def forward(self, sent: Setpoint) -> Array | None:
+        """(3,): acceleration to go beside `sent`, which the guards have let through; None where there is none to be had.
 
-    def _against(self) -> Array:
-        """No more than the guards let through: what is beyond would be dropped as a whole."""
-        against = np.zeros(3)
-        shortened(-self._state[DISTURBANCE : DISTURBANCE + 3], against, self._gains.law.acceleration_max_m_s2)
-        against[2] = min(self._gains.law.vertical_max_m_s2, max(-self._gains.law.vertical_max_m_s2, against[2]))
-        return against
+        An acceleration that `sent` has is taken for the one that its velocity needs; else that is found from how it changes.
+        """
+        velocity_m_s = sent.velocity_ned_m_s
+        if self._gains.variant == "velocity" or not self._is_able or not np.isfinite(velocity_m_s).all():
+            return None
+        self._decide(velocity_m_s, sent.acceleration_ned_m_s2)
+        limit = self._gains.law.acceleration_max_m_s2
+        own, both = np.zeros(3), np.zeros(3)
+        pull = self._gain_1_s * (velocity_m_s - self._velocity)
+        shortened(pull, own, limit)
+        limited_sum(pull, self._state[TRACKING : TRACKING + 3] - pull, both, limit)
+        return both - own
+
+    @property
+    def _is_able(self) -> bool:
+        """Whether the own state has been known for long enough and not been lost for too long."""
+        return self._follows and self._state[STARTED] > 0.0 and self._state[GAP] <= BRAKE_AFTER_S
+
+    def _decide(self, velocity_m_s: Array, acceleration_m_s2: Array | None = None) -> None:
+        """Into the state: the acceleration that following `velocity_m_s` takes now, unlimited."""
+        gains = self._gains
+        if not self._tracked:
+            self._smooth[:3], self._smooth[3:] = velocity_m_s, 0.0
+        self._tracked = True
+        differentiate(self._smooth, velocity_m_s, gains.differentiator_rad_s, gains.damping, self._dt_s)
+        self._reference[OF_VELOCITY] = velocity_m_s
+        self._reference[6:] = self._smooth[3:] if acceleration_m_s2 is None else acceleration_m_s2
+        decide(self._state, self._law, self._reference, NOTHING, self._command)
 
     def note(self, sent: Setpoint) -> None:
-        """What the supervisor sent: the observer believes in that, not in the wish."""
-        self._tracks, self._wished = self._wished, False
+        """What was sent in the end: the observer believes in that, not in the wish."""
         told = self._gain_1_s * (sent.velocity_ned_m_s - self._velocity)
-        forward = sent.fed_forward_ned_m_s2
+        forward = sent.acceleration_ned_m_s2
         if forward is not None:
             told = told + forward
         shortened(told, self._state[APPLIED : APPLIED + 3], self._gains.law.acceleration_max_m_s2)

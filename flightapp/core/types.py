@@ -161,12 +161,3 @@ class Setpoint:
     yaw_rad: float
     acceleration_ned_m_s2: Array | None = None
     """Belongs to this velocity: whoever changes that drops it."""
-    compensation_ned_m_s2: Array | None = None
-    """Takes out what the air does to the vehicle, whatever the velocity: it stays when the velocity is changed."""
-
-    @property
-    def fed_forward_ned_m_s2(self) -> Array | None:
-        """Acceleration to be sent beside the velocity; None where there is none."""
-        if self.acceleration_ned_m_s2 is None or self.compensation_ned_m_s2 is None:
-            return self.compensation_ned_m_s2 if self.acceleration_ned_m_s2 is None else self.acceleration_ned_m_s2
-        return self.acceleration_ned_m_s2 + self.compensation_ned_m_s2

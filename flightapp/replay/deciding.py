@@ -7,7 +7,7 @@ planner and supervisor remember of their own goes on.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from flightapp.core.types import Decision
 from flightapp.planning.api import Planner
@@ -16,6 +16,7 @@ from flightapp.replay.flight import Flight, Tick
 from flightapp.runtime.composition import build_tracker, limits_of
 from flightapp.runtime.hover import Hover, wish_of
 from flightapp.safety.api import SafetyContext, Supervised
+from flightapp.safety.feed_forward import with_feed_forward
 from flightapp.safety.supervisor import make_supervisor
 
 
@@ -43,6 +44,8 @@ def decide(flight: Flight, planner: Planner) -> Iterator[tuple[Tick, Decided]]:
             continue
         if tick.starts_pursuit:
             planner.reset()
+            if tracker is not None:
+                tracker.begin()
         given = tick.given
         if tracker is not None:
             tracker.watch(given.observation.own, given.observation.dt_s)
@@ -70,7 +73,11 @@ def decide(flight: Flight, planner: Planner) -> Iterator[tuple[Tick, Decided]]:
             team_link_age_s=given.team_link_age_s,
             battery_fraction=given.battery_fraction,
         )
-        yield tick, Decided(decision, failure, supervisor.check(wish, context))
+        supervised = supervisor.check(wish, context)
+        if tracker is not None:
+            sent = with_feed_forward(supervised.setpoint, tracker.forward(supervised.setpoint), limits, profile.safety)
+            supervised = replace(supervised, setpoint=sent)
+        yield tick, Decided(decision, failure, supervised)
         if tracker is not None and tick.sent is not None:
             tracker.note(tick.sent.setpoint)
 

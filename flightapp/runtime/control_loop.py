@@ -32,6 +32,7 @@ from flightapp.runtime.search_record import SearchRecord
 from flightapp.runtime.target_fusion import TargetFusion
 from flightapp.runtime.teamwork import Teamwork
 from flightapp.safety.api import Demand, SafetyContext
+from flightapp.safety.feed_forward import with_feed_forward
 from flightapp.vehicle.autopilot import Motion
 from flightapp.vehicle.gap_meter import GapMeter
 
@@ -279,6 +280,9 @@ class ControlLoop:
         supervised = rooms.supervisor.check(wish, context)
         self._note_demand(supervised.demand)
         setpoint = supervised.setpoint
+        if rooms.tracker is not None:
+            forward = rooms.tracker.forward(setpoint)
+            setpoint = with_feed_forward(setpoint, forward, rooms.limits, rooms.profile.safety)
         rooms.autopilot.send(setpoint)
         sent_s = rooms.clock.now_s()
         self.setpoints_sent += 1
@@ -308,8 +312,7 @@ class ControlLoop:
             return self._turned(self._way.setpoint(observation.own, observation.t_s, self._yaw_rad))
         planned = self._planned(observation) if self.guidance is Guidance.PLANNER else None
         if planned is None or self.held:
-            standing = self._hover.setpoint(observation.own, self._yaw_rad)
-            return standing if self._rooms.tracker is None else self._rooms.tracker.steady(standing)
+            return self._hover.setpoint(observation.own, self._yaw_rad)
         self._hover.restart()
         if self._rooms.tracker is not None:
             planned = self._rooms.tracker.wish(planned)

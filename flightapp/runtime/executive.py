@@ -150,6 +150,8 @@ class Executive:
         rooms, loop = self._rooms, self._loop
         self._pace.enter("pursue")
         rooms.planner.reset()
+        if rooms.tracker is not None:
+            rooms.tracker.begin()
         loop.guidance = Guidance.PLANNER
         self._failsafes.is_pursuing = True
         started_s = rooms.clock.now_s()

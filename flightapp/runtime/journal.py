@@ -292,7 +292,7 @@ def _setpoint(
     clearance_m: float | None,
     now_s: float,
 ) -> messages.SetpointRecord:
-    forward = setpoint.fed_forward_ned_m_s2
+    forward = setpoint.acceleration_ned_m_s2
     return messages.SetpointRecord(
         now_s,
         setpoint.velocity_ned_m_s.tolist(),

@@ -29,7 +29,7 @@ class Setpoints:
             raise ValueError(f"setpoint is not finite: velocity {(north, east, down)} m/s, yaw {setpoint.yaw_rad} rad")
         yaw_deg = math.degrees(setpoint.yaw_rad)
         velocity = VelocityNedYaw(north, east, down, yaw_deg)
-        fed_forward = setpoint.fed_forward_ned_m_s2
+        fed_forward = setpoint.acceleration_ned_m_s2
         if fed_forward is None or not self._acceleration_feed_forward:
             self._offboard.set_velocity_ned(velocity)
             return

@@ -197,10 +197,3 @@ def test_a_turn_ends_at_the_wish_without_passing_it(wish: float) -> None:
     assert yaws[-1] == pytest.approx(wish, abs=1e-6)
     assert (np.abs(yaws) <= abs(wish) + 1e-6).all()
     assert (np.diff(np.abs(yaws)) >= -1e-9).all()
-
-
-def test_a_compensation_beyond_the_limit_is_dropped_although_the_sum_is_within_it() -> None:
-    much = LIMITS.acceleration_max_m_s2 + 1.0
-    wish = Setpoint(np.zeros(3), 0.0, np.array((-2.0, 0.0, 0.0)), np.array((much, 0.0, 0.0)))
-    sent = AccelerationGuard(PARAMETERS).check(wish, context_of(Body("p1", (0, 0)))).setpoint
-    assert sent.fed_forward_ned_m_s2 is None

@@ -27,8 +27,7 @@ class AccelerationGuard:
     - The vertical speed by the same two rules, with `vertical_acceleration`.
     - Ceasing to accelerate is not limited: it would either carry the setpoint beyond the wish, or hold a wish back that itself
       grows step by step.
-    - An acceleration feed-forward beyond the same limits is dropped, with the compensation of the wind where the sum is beyond,
-      or the compensation alone: that is what is left when a guard after this one changes the velocity.
+    - An acceleration feed-forward beyond the same limits is dropped.
 
     A control period longer than 0.2 s counts as 0.2 s: a gap in the loop does not buy a jump. What the spatial guards and the
     height band ask for after this guard, and a standstill for want of an own state, may exceed these limits, as braking must.
@@ -66,14 +65,13 @@ class AccelerationGuard:
 
     def _with_feed_forward(self, setpoint: Setpoint, limits: Limits, reason: str = "") -> GuardVerdict:
         """`reason`: why the velocity was changed."""
-        for forward in (setpoint.fed_forward_ned_m_s2, setpoint.compensation_ned_m_s2):
-            if forward is None:
-                continue
-            north, east, down = forward.tolist()
-            planar = math.hypot(north, east)
-            if planar > limits.acceleration_max_m_s2 + TOLERANCE_M_S2 or abs(down) > self._vertical_m_s2 + TOLERANCE_M_S2:
-                reason = f"acceleration of {planar:.1f} m/s2 planar and {abs(down):.1f} m/s2 vertical fed forward: dropped"
-                return GuardVerdict(Setpoint(np.array(setpoint.velocity_ned_m_s), setpoint.yaw_rad), reason)
+        if setpoint.acceleration_ned_m_s2 is None:
+            return GuardVerdict(setpoint, reason)
+        north, east, down = setpoint.acceleration_ned_m_s2.tolist()
+        planar = math.hypot(north, east)
+        if planar > limits.acceleration_max_m_s2 + TOLERANCE_M_S2 or abs(down) > self._vertical_m_s2 + TOLERANCE_M_S2:
+            reason = f"acceleration of {planar:.1f} m/s2 planar and {abs(down):.1f} m/s2 vertical fed forward: dropped"
+            return GuardVerdict(Setpoint(np.array(setpoint.velocity_ned_m_s), setpoint.yaw_rad), reason)
         return GuardVerdict(setpoint, reason)
 
 

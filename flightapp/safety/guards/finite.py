@@ -28,7 +28,7 @@ class FiniteGuard:
         velocity = setpoint.velocity_ned_m_s.tolist()
         if not all(map(math.isfinite, velocity)) or not math.isfinite(setpoint.yaw_rad):
             return GuardVerdict(standstill(context), "planner gave a setpoint that is not finite")
-        forward = setpoint.fed_forward_ned_m_s2
+        forward = setpoint.acceleration_ned_m_s2
         if forward is not None and not all(map(math.isfinite, forward.tolist())):
             bare = Setpoint(setpoint.velocity_ned_m_s, setpoint.yaw_rad)
             return GuardVerdict(bare, "planner gave an acceleration that is not finite")

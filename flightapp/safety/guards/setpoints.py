@@ -11,10 +11,8 @@ from flightapp.safety.api import SafetyContext
 
 
 def with_velocity(setpoint: Setpoint, north_m_s: float, east_m_s: float, down_m_s: float) -> Setpoint:
-    """`setpoint` at another velocity; an acceleration that belonged to the old one is dropped, the compensation stays."""
-    return Setpoint(
-        np.array([north_m_s, east_m_s, down_m_s]), setpoint.yaw_rad, compensation_ned_m_s2=setpoint.compensation_ned_m_s2
-    )
+    """`setpoint` at another velocity; an acceleration that belonged to the old one is dropped."""
+    return Setpoint(np.array([north_m_s, east_m_s, down_m_s]), setpoint.yaw_rad)
 
 
 def held_yaw_rad(context: SafetyContext) -> float:

@@ -189,7 +189,7 @@ class VirtualAutopilot:
             raise ValueError(f"setpoint is not finite: velocity {(north, east, down)} m/s, yaw {setpoint.yaw_rad} rad")
         now_s = self._clock.now_s()
         self.sent.append((now_s, setpoint))
-        fed_forward = setpoint.fed_forward_ned_m_s2
+        fed_forward = setpoint.acceleration_ned_m_s2
         place, mask = 0.0, VELOCITY_AND_YAW
         pushes = [0.0, 0.0, 0.0]
         if fed_forward is not None:
