@@ -18,6 +18,10 @@ from flightapp.core.types import (
 from flightapp.fleet.coordination.team_plan import TeamPlan
 
 __all__ = [
+    "BLOCKED",
+    "NEEDS_HELP",
+    "STATE_LOST",
+    "STUCK",
     "Boundary",
     "Build",
     "BuildTeamPlan",
@@ -42,6 +46,12 @@ class Planner(Protocol):
 
 
 Given = Mapping[str, object] | None
+
+STUCK, BLOCKED, STATE_LOST = "stuck", "blocked", "state_lost"
+NEEDS_HELP = frozenset({STUCK, BLOCKED, STATE_LOST})
+"""Modes in which a strategy says that it cannot go on by itself: trapped; its goal lies inside an obstacle; no own state. The
+vehicle is kept from harm as in any other mode, and the operator is warned.
+"""
 
 
 class Build(Protocol):

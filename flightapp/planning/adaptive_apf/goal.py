@@ -72,8 +72,11 @@ def lead_s(offset: Array, velocity: Array, speed_m_s: float, longest_s: float) -
     return min(longest_s, max(0.0, meet))
 
 
-def out_of_bodies(bodies: Array, place: Array, kept_m: float, farthest_m: float) -> tuple[Array, bool]:
-    """The `place` (3,), moved out of bodies along their gradients until `kept_m` from all; unmoved where that leads too far."""
+def out_of_bodies(bodies: Array, place: Array, kept_m: float, farthest_m: float) -> tuple[Array | None, bool]:
+    """The `place` (3,), moved out of bodies along their gradients until `kept_m` from all, and whether it was moved.
+
+    None where that leads too far.
+    """
     moved = place
     for _ in range(PROJECTIONS):
         gap, *away = signed_distance_and_gradient(bodies, *numbers(moved), 0.0)
@@ -82,7 +85,7 @@ def out_of_bodies(bodies: Array, place: Array, kept_m: float, farthest_m: float)
         moved = moved + (kept_m - gap) * np.array(away)
         if float(np.linalg.norm(moved - place)) > farthest_m:
             break
-    return place, False
+    return None, False
 
 
 def numbers(vector: Array) -> tuple[float, float, float]:

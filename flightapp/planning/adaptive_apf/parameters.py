@@ -60,6 +60,8 @@ class AdaptiveApfParameters(StrategyParameters):
     """alpha of the barrier function, and how fast a margin is left that was entered."""
     goal_margin_max_m: float = Field(default=5.0, gt=0)
     """A goal inside a body is moved out by at most this."""
+    stuck_s: float = Field(default=5.0, gt=0)
+    """After three escapes in vain it hovers and says `stuck` this long, unless the way becomes free; then it tries again."""
     slot_gain_per_s: float = Field(default=1.5, gt=0)
     """Where the team encircles: approach speed to the own place per metre of way left."""
 

@@ -13,6 +13,7 @@ import numpy as np
 from flightapp.core.angles import wrap_pi
 from flightapp.core.types import Array, Decision, Limits, Observation
 from flightapp.planning.adaptive_apf.escape import (
+    COUNT,
     FORCE_SHARE,
     PAST,
     PUSH_N,
@@ -20,6 +21,7 @@ from flightapp.planning.adaptive_apf.escape import (
     TRIED,
     TRIES,
     UNTIL,
+    barred_by_m,
     begin_escape,
     escape_direction,
     forget,
@@ -30,18 +32,21 @@ from flightapp.planning.adaptive_apf.goal import Goal, goal_of, numbers, out_of_
 from flightapp.planning.adaptive_apf.parameters import AdaptiveApfParameters
 from flightapp.planning.adaptive_apf.setpoint import filter_velocity, limit_change, limit_turn
 from flightapp.planning.adaptive_apf.surroundings import Surroundings
+from flightapp.planning.api import BLOCKED, STATE_LOST, STUCK
 from flightapp.planning.encirclement.capture_watch import CaptureWatch
 from flightapp.space.bodies import LENGTH
 from flightapp.space.distance import nearest_bodies
 
-PURSUE, ESCAPE, LEAVE, SEARCH, STUCK, HOLD, DONE = "pursue", "escape", "leave", "search", "stuck", "hold", "done"
-"""The modes that a decision carries."""
+PURSUE, ESCAPE, LEAVE, SEARCH, HOLD, DONE = "pursue", "escape", "leave", "search", "hold", "done"
+"""The modes that a decision carries, beside those of `NEEDS_HELP`."""
 NEAREST_MAX = 32
-BLIND_HOLD_S = 0.2
-"""Without a finite own state the last command is held this long."""
+BLIND_HOLD_S, LOST_S = 0.2, 1.0
+"""Without a finite own state the last command is held this long; after LOST_S the state counts as lost."""
 GAP_S = 0.3
 """After a longer time between observations the last command is no longer where changes begin."""
 LEAVING_SHARE = 0.3
+GAINING_SHARE = 0.7
+"""A command slower than this share of what is wanted, in its direction, is a vehicle that gains speed: no trap is looked for."""
 DAMPING_1_S = 2.0
 FACING_M_S = 0.5
 
@@ -71,6 +76,8 @@ class AdaptiveApfPlanner:
         self._seen: Goal | None = None
         self._t_s: float | None = None
         self._finite_s = -math.inf
+        self._stuck_until_s = -math.inf
+        self._gains_speed = False
         self._mode = ""
         self._last: Decision | None = None
 
@@ -88,6 +95,8 @@ class AdaptiveApfPlanner:
         goal = goal_of(observation, self._parameters, self._limits, self._seen)
         self._seen = goal
         self._surroundings.look(observation, None if goal is None else goal.target_ned_m)
+        if fresh:
+            self._surroundings.forget_reaches()
         lag_s = self._parameters.response_lag_s
         place = own.position_ned_m + lag_s * own.velocity_ned_m_s
         blend = 1.0 if fresh else self._parameters.command_blend
@@ -96,18 +105,19 @@ class AdaptiveApfPlanner:
 
     def _blind(self, observation: Observation) -> Decision:
         """Without an own state: the last command for a moment, then stand."""
-        if observation.t_s - self._finite_s > BLIND_HOLD_S:
+        blind_s = observation.t_s - self._finite_s
+        if blind_s > BLIND_HOLD_S:
             self._command = np.zeros(3)
-        flags: dict[str, object] = {"state_lost_s": min(observation.t_s - self._finite_s, 1e9)}
+        flags: dict[str, object] = {"state_lost_s": min(blind_s, 1e9)}
         yaw_rad = observation.own.yaw_rad if math.isfinite(observation.own.yaw_rad) else 0.0
+        if blind_s > LOST_S:
+            return self._decision(self._command, yaw_rad, STATE_LOST, None, f"no own state for {LOST_S:g} s", flags)
         return self._decision(self._command, yaw_rad, HOLD, None, "the own state is not finite", flags)
 
     def _decide(self, observation: Observation, goal: Goal | None, place: Array, base: Array, dt_s: float) -> Decision:
         around = self._surroundings
         flat = self._parameters.vertical == "hold" or not around.heights_known
-        aim, moved = (place, False) if goal is None else self._reachable(goal.aim_ned_m, flat, place)
-        if flat:
-            aim = np.array((aim[0], aim[1], place[2]))
+        aim, moved, blocked = (place, False, False) if goal is None else self._reachable(goal, flat, place)
         if self._start is None:
             self._start = place.copy()
         count = nearest_bodies(around.bodies, *numbers(place), 0.0, self._parameters.reach_max_m, self._which, self._gaps)
@@ -115,7 +125,7 @@ class AdaptiveApfPlanner:
             around.bodies, self._which, self._gaps, count, place, base, self._start, aim, around.tracks,
             self._flat_gains if flat else self._gains, observation.t_s, dt_s, self._field,
         )  # fmt: skip
-        force, mode, reason = self._force(goal, aim, place, count, flat, observation.t_s)
+        force, mode, reason = self._force(goal, aim, place, count, flat, observation.t_s, blocked=blocked)
         wanted = self._wanted(force, base, goal, mode, dt_s)
         if flat:
             wanted[2] = 0.0
@@ -128,44 +138,67 @@ class AdaptiveApfPlanner:
         yaw_rad = self._yaw_rad(observation, wanted, goal)
         return self._decision(wanted, yaw_rad, mode, None if goal is None else aim, reason, self._told(moved, filtered))
 
-    def _reachable(self, aim: Array, flat: bool, place: Array) -> tuple[Array, bool]:
-        """The aim, out of the bodies that it is in or too near to; whether it had to be moved."""
-        level = np.array((aim[0], aim[1], place[2])) if flat else aim
+    def _reachable(self, goal: Goal, flat: bool, place: Array) -> tuple[Array, bool, bool]:
+        """Where to fly to meet the goal, out of the bodies that it is in or too near to; whether it was moved, and whether it
+        could not be. Where the meeting lies too deep in a body, to where the target is now.
+        """
         kept_m = self._limits.body_radius_m + self._parameters.margin(self._limits)
-        return out_of_bodies(self._surroundings.bodies, level, kept_m, self._parameters.goal_margin_max_m)
+        for aim in (goal.aim_ned_m, goal.target_ned_m):
+            level = np.array((aim[0], aim[1], place[2])) if flat else aim
+            outside, moved = out_of_bodies(self._surroundings.bodies, level, kept_m, self._parameters.goal_margin_max_m)
+            if outside is not None:
+                return np.array((outside[0], outside[1], place[2])) if flat else outside, moved, False
+        return level, False, True
 
-    def _force(self, goal: Goal | None, aim: Array, place: Array, count: int, flat: bool, t_s: float) -> tuple[Array, str, str]:
+    def _force(
+        self, goal: Goal | None, aim: Array, place: Array, count: int, flat: bool, t_s: float, *, blocked: bool
+    ) -> tuple[Array, str, str]:
         """The force in all (3,), with the mode that it means and why."""
-        field, trap = self._field, self._trap
+        field = self._field
         if count and self._gaps[0, 0] <= self._limits.body_radius_m:
             return self._gaps[0, 1:4] * self._parameters.full_attraction_m_s2, LEAVE, "the vehicle is inside an obstacle"
-        force = field[FORCE : FORCE + 3].copy()
+        repelled = field[PUSH : PUSH + 3].copy()
         if goal is None:
-            return field[PUSH : PUSH + 3].copy(), HOLD, "the target was never seen or is lost"
+            return repelled, HOLD, "the target was never seen or is lost"
+        if blocked:
+            deep_m = self._parameters.goal_margin_max_m
+            return repelled, BLOCKED, f"the target is in an obstacle, with no free place within {deep_m:g} m"
         if not count:
-            forget(trap)  # held by somebody, not by bodies
+            forget(self._trap)  # held by somebody, not by bodies
         elif "B" in self._parameters.modules:
-            bodies, radius_m, speed = self._surroundings.bodies, self._limits.body_radius_m, self._limits.speed_max_m_s
-            tolerance_m = self._parameters.capture.radius_m
-            trapped = is_trapped(trap, self._past, bodies, self._which, count, place, aim, radius_m, speed, tolerance_m, t_s)
-            if trapped:
-                self._begin_escape(aim - place, flat, t_s)
-            if t_s < trap[UNTIL]:
-                attraction = self._parameters.attraction_1_s2 * float(np.linalg.norm(aim - place))
-                size = FORCE_SHARE * min(self._parameters.full_attraction_m_s2, attraction)
-                force += size * trap[PUSH_N : PUSH_N + 3]
-                if trap[TRIED] > TRIES:
-                    return force, STUCK, f"trapped after {TRIES} escapes: a path planner is needed"
-                return force, ESCAPE, "hardly any progress and the way is barred"
-        return force, PURSUE, "the target is known"
+            bodies, radius_m = self._surroundings.bodies, self._limits.body_radius_m
+            if t_s < self._stuck_until_s and barred_by_m(bodies, self._which, count, place, aim, radius_m) >= 0.0:
+                return repelled, STUCK, f"trapped after {TRIES} escapes: a way around is needed"
+            self._stuck_until_s = -math.inf
+            escape = self._escape(aim, place, count, flat, t_s)
+            if escape is not None:
+                return field[FORCE : FORCE + 3] + escape, ESCAPE, "hardly any progress and the way is barred"
+        return field[FORCE : FORCE + 3].copy(), PURSUE, "the target is known"
+
+    def _escape(self, aim: Array, place: Array, count: int, flat: bool, t_s: float) -> Array | None:
+        """The push (3,) of an escape that begins or lasts. After as many in vain as are tried, none for a while."""
+        trap, radius_m = self._trap, self._limits.body_radius_m
+        if not self._gains_speed and is_trapped(
+            trap, self._past, self._surroundings.bodies, self._which, count, place, aim, radius_m, self._limits.speed_max_m_s,
+            self._parameters.capture.radius_m, t_s,
+        ):  # fmt: skip
+            if trap[TRIED] >= TRIES:
+                self._stuck_until_s = t_s + self._parameters.stuck_s
+                trap[TRIED] = trap[COUNT] = 0.0
+                return None
+            self._begin_escape(aim - place, flat, t_s)
+        if t_s >= trap[UNTIL]:
+            return None
+        attraction = self._parameters.attraction_1_s2 * float(np.linalg.norm(aim - place))
+        size = FORCE_SHARE * min(self._parameters.full_attraction_m_s2, attraction)
+        push: Array = size * trap[PUSH_N : PUSH_N + 3]
+        return push
 
     def _begin_escape(self, ahead: Array, flat: bool, t_s: float) -> None:
         field, trap = self._field, self._trap
         draw = self._random.normal(size=3)
         if flat:
             draw[2] = 0.0
-        if trap[TRIED] > TRIES:
-            trap[TRIED] = 0.0
         spread = 0.5 * 1.5 ** trap[TRIED]
         push = escape_direction(*numbers(field[PUSH : PUSH + 3]), *numbers(ahead), *numbers(draw), spread)
         nearest_m = float(self._surroundings.bodies[self._which[0], LENGTH])
@@ -176,15 +209,15 @@ class AdaptiveApfPlanner:
         speed_max = self._limits.speed_max_m_s
         size = float(np.linalg.norm(force))
         if self._parameters.law == "double-integrator" and mode != LEAVE:
-            velocity = np.zeros(3) if goal is None else goal.velocity_ned_m_s
-            return base + dt_s * (force + DAMPING_1_S * (velocity - base)) if goal is not None else base + dt_s * force
+            velocity = np.zeros(3) if goal is None or mode == BLOCKED else goal.velocity_ned_m_s
+            return base + dt_s * (force + DAMPING_1_S * (velocity - base))
         if size < 1e-9:
             return np.zeros(3)
         speed = speed_max * (1.0 + float(self._field[GAIN]))
         share = min(1.0, size / self._parameters.full_attraction_m_s2)
         if mode == LEAVE:
             return force * (LEAVING_SHARE * speed_max / size)
-        if goal is None:
+        if goal is None or mode in (STUCK, BLOCKED):
             return force * (LEAVING_SHARE * speed_max * share / size)
         if not self._parameters.holds and goal.age_s <= self._parameters.target_stale_s:
             share = 1.0  # contact ends it: nothing is gained by arriving slowly
@@ -197,8 +230,10 @@ class AdaptiveApfPlanner:
         """Change `wanted` (3,) to what the vehicle can do from `base` and what is safe; whether the safety filter changed it."""
         limits = self._limits
         change_max = limits.acceleration_max_m_s2 * dt_s
+        asked_m_s, ahead = float(np.linalg.norm(wanted)), float(wanted @ base)
         limit_turn(wanted, base, limits.yaw_rate_max_rad_s * dt_s)
         limit_change(wanted, base, change_max)
+        self._gains_speed = ahead > 0.0 and float(np.linalg.norm(wanted)) < GAINING_SHARE * asked_m_s
         filtered, level = False, float(wanted[2])
         if self._parameters.filter_form > 0.0:
             kept_m = limits.body_radius_m + self._parameters.margin(limits)
