@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
@@ -42,6 +42,8 @@ class Bus(Generic[M]):
     key: int
     number: int
     """Of the kind: each kind is lost by its own draws."""
+    separates: Callable[[int, int, int], bool] = lambda _tick, _i, _j: False
+    """Whether pursuers i and j cannot hear one another at a control period."""
     _sent: deque[list[tuple[int, M]]] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -57,6 +59,8 @@ class Bus(Generic[M]):
         ]
 
     def _comes(self, tick: int, sender: int, receiver: int) -> bool:
+        if self.separates(tick, sender, receiver):
+            return False
         return uniform(self.key, tick, sender, self.number * self.count + receiver) >= self.loss
 
 
@@ -73,8 +77,13 @@ class Assigning:
         period_s, messages = scenario.control_period_s, scenario.messages
         delay = math.ceil(messages.delay_s / period_s - 1e-9)
         count = len(self._names)
-        self._plans: Bus[Plan] = Bus(count, delay, messages.loss_probability, key, 1)
-        self._beacons: Bus[Beacon] = Bus(count, max(1, delay), messages.loss_probability, key, 2)
+
+        def separates(tick: int, i: int, j: int) -> bool:
+            return messages.separates(tick * period_s, i, j)
+
+        self._plans: Bus[Plan] = Bus(count, delay, messages.loss_probability, key, 1, separates)
+        late = max(1, delay) - 1  # beacons set out a control period after they were spoken
+        self._beacons: Bus[Beacon] = Bus(count, late, messages.loss_probability, key, 2, separates)
         team_plans: list[TeamPlan] = [
             make_team_plan(planner, limits=limits, parameters=given) or SectorPlan(scenario.capture.slot_radius_m)
             for _ in self._names

@@ -139,6 +139,25 @@ class Target(Strict):
     """Measurements pass the application's target filter."""
 
 
+class Partition(Strict):
+    """For a while some pursuers hear one another only, and nobody else hears them."""
+
+    vehicles: tuple[str, ...] = Field(min_length=1)
+    """p1, p2, ..."""
+    from_s: float = Field(ge=0)
+    until_s: float = Field(gt=0)
+
+    @model_validator(mode="after")
+    def _lasts(self) -> Partition:
+        if self.until_s <= self.from_s:
+            raise ValueError(f"until_s = {self.until_s}: must be greater than from_s = {self.from_s}")
+        return self
+
+    def separates(self, t_s: float, i: int, j: int) -> bool:
+        """The pursuers of index i and j at `t_s`."""
+        return self.from_s <= t_s < self.until_s and (f"p{i + 1}" in self.vehicles) != (f"p{j + 1}" in self.vehicles)
+
+
 class Messages(Strict):
     """The link between pursuers."""
 
@@ -150,6 +169,12 @@ class Messages(Strict):
     """Whether a leader assigns the sides from which pursuers close in; else each finds its own from where all are."""
     election: bool = False
     """Whether the leader is elected, and another one when it fails; else p1 leads, and after it nobody."""
+    partitions: tuple[Partition, ...] = ()
+    """All see the evader all the same."""
+
+    def separates(self, t_s: float, i: int, j: int) -> bool:
+        """Whether the pursuers of index i and j cannot hear one another at `t_s`."""
+        return any(partition.separates(t_s, i, j) for partition in self.partitions)
 
 
 class Wind(Strict):
@@ -257,6 +282,7 @@ class Scenario(Strict):
             model = self.pursuers.model
             raise ValueError(f"wind: pursuers.model = '{model}' does not feel wind; set it to 'multirotor' or leave the wind out")
         self._check_failures()
+        self._check_partitions()
         self._check_volume()
         return self
 
@@ -273,6 +299,15 @@ class Scenario(Strict):
         for said, (is_so, right) in planar.items():
             if is_so:
                 raise ValueError(f"volume: {said} is not simulated in space; must be {right}")
+
+    def _check_partitions(self) -> None:
+        known = [f"p{index + 1}" for index in range(self.pursuers.count)]
+        for partition in self.messages.partitions:
+            for name in partition.vehicles:
+                if name not in known:
+                    raise ValueError(
+                        f"messages.partitions.vehicles: '{name}' is none of the pursuers; name {known[0]} to {known[-1]}"
+                    )
 
     def _check_failures(self) -> None:
         for failure in self.failures:

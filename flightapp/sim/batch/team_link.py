@@ -34,7 +34,8 @@ class TeamLink:
         self._delay = math.ceil(scenario.messages.delay_s / self._period_s - 1e-9)
         self._loss = scenario.messages.loss_probability
         self._key = key
-        self._ideal = self._delay == 0 and self._loss == 0.0 and not scenario.failures
+        self._messages = scenario.messages
+        self._ideal = self._delay == 0 and self._loss == 0.0 and not scenario.failures and not self._messages.partitions
         self._sent: deque[_Sent] = deque(maxlen=self._delay + 1)
         self._heard: list[list[tuple[int, TeamMember]]] = []
 
@@ -60,10 +61,12 @@ class TeamLink:
             first = [TeamMember(self._names[j], states[j], modes[j], etas[j], 0.0) for j in range(self._count)]
             self._heard = [[(-self._delay, member) for member in first] for _ in range(self._count)]
         self._sent.append(sent)
-        arriving, sent_at = self._sent[0], tick - self._delay
+        arriving, sent_at, now_s = self._sent[0], tick - self._delay, tick * self._period_s
         for i in range(self._count):
             for j in range(self._count):
-                if i != j and arriving.alive[j] and uniform(self._key, sent_at + self._delay, i, j) >= self._loss:
+                if i == j or not arriving.alive[j] or self._messages.separates(now_s, i, j):
+                    continue
+                if uniform(self._key, sent_at + self._delay, i, j) >= self._loss:
                     member = TeamMember(self._names[j], arriving.states[j], arriving.modes[j], arriving.etas[j], 0.0)
                     self._heard[i][j] = (sent_at, member)
 

@@ -10,7 +10,7 @@ import pytest
 
 from flightapp.core.types import Decision, Observation, ObstacleSet, TargetTrack, TeamMember, VehicleState
 from flightapp.planning.registry import UNLED
-from flightapp.sim.batch.assigning import Assigning, Bus
+from flightapp.sim.batch.assigning import Assigning, Bus, timing_for
 from flightapp.sim.batch.episode import Truth, fly
 from flightapp.sim.batch.facts import planner_parameters
 from flightapp.sim.batch.scenario import FAMILIES, Scenario, load_scenario
@@ -136,3 +136,13 @@ def test_where_nobody_looks_on_no_plan_is_made_for_who_takes_no_notice_of_it(pla
     for field in dataclasses.fields(with_plan):
         if field.name not in ("decision_ns", "sim_wall_ns"):
             assert getattr(with_plan, field.name) == getattr(without, field.name), field.name
+
+
+def test_a_leader_that_fails_is_replaced_within_two_of_the_elections_longest_timeouts() -> None:
+    flight = Flight(scenario_of(election=True))
+    flight.fly(4.0)
+    first = flight.assigning.leader
+    assert first is not None
+    flight.alive[first] = False
+    flight.fly(2.0 * timing_for(PERIOD_S).timeout_max_s)
+    assert flight.assigning.leader not in (None, first)
