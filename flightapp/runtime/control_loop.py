@@ -20,6 +20,7 @@ import psutil
 from flightapp.core.clearance import NO_OBSTACLE_M, clearance_m
 from flightapp.core.types import Decision, Observation, ObstacleSet, Setpoint, TargetTrack, VehicleState
 from flightapp.fleet.messages.command import Command
+from flightapp.planning.api import NEEDS_HELP
 from flightapp.runtime.coordination import Coordination
 from flightapp.runtime.disc_sharing import DiscSharing
 from flightapp.runtime.fleet_time import FleetTime
@@ -340,7 +341,8 @@ class ControlLoop:
         rooms.journal.decision(decision, latency_s, observation.t_s)
         self._search_record.note(observation)
         if decision.reason:
-            rooms.journal.event("info", "mode", f"{decision.mode}: {decision.reason}", mode=decision.mode)
+            level = "warning" if decision.mode in NEEDS_HELP else "info"
+            rooms.journal.event(level, "mode", f"{decision.mode}: {decision.reason}", mode=decision.mode)
         return wish_of(decision, self._hover, observation.own, feed_forward=rooms.profile.control.acceleration_feed_forward)
 
     def obstacles_age_s(self, now_s: float) -> float:
