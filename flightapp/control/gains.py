@@ -45,8 +45,12 @@ class Gains(FlatGains):
     """The disturbance is estimated from so long after a start."""
     observes_velocity: float = 0.0
     """1: the observer is corrected by the measured velocity instead of the position."""
+    tilt_max_rad: float = math.radians(35.0)
+    """Of a multirotor that flies the command: the planar part is shortened until thrust need not lean further."""
 
     def __post_init__(self) -> None:
+        if not 0.0 < self.tilt_max_rad < 0.5 * math.pi:
+            raise InputError(f"tilt_max_rad = {self.tilt_max_rad:g}: must lie between 0 and pi/2")
         _check(self, may_be_zero=("switching_m_s2", "schedule_1_m2", "actuator_s", "observer_rad_s", "release_s", *FLAGS))
         if self.observer_rad_s * self.period_s > 1.0:
             raise InputError(
@@ -83,7 +87,8 @@ def _check(gains: object, may_be_zero: tuple[str, ...]) -> None:
     PERIOD,
     RELEASE,
     OBSERVES_VELOCITY,
-) = range(16)
+    TILT_MAX,
+) = range(17)
 
 DEFAULT = Gains()
 CAUTIOUS = Gains(proportional_1_s2=2.25, derivative_1_s=3.0, switching_m_s2=0.0, observer_rad_s=5.0)
@@ -95,6 +100,7 @@ IDEAL = Gains(
     observer_rad_s=12.0,
     actuator_s=0.0,
     period_s=0.001,
+    tilt_max_rad=1.5,
 )
 """For the double integrator without lag, in simulation only."""
 PRESETS: Mapping[str, Gains] = MappingProxyType({"default": DEFAULT, "cautious": CAUTIOUS, "ideal": IDEAL})

@@ -17,12 +17,14 @@ from flightapp.control.gains import (
     LAYER,
     PROPORTIONAL,
     SWITCHING,
+    TILT_MAX,
     VERTICAL_MAX,
 )
 from flightapp.control.observer import APPLIED, BRAKE_AFTER_S, DISTURBANCE, GAP, POSITION, TRACKING, VECTOR, VELOCITY
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 
+GRAVITY_M_S2 = 9.80665
 REFERENCE_SIZE = 9
 """Position, velocity and acceleration to be flown."""
 DECIDES = numba.void(VECTOR, VECTOR, numba.float64, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR)
@@ -84,9 +86,19 @@ def limited_sum(first: Array, second: Array, out: Array, limit: float) -> None:
         out[k] += share * second[k]
 
 
+@compiled(numba.void(VECTOR, numba.float64))
+def leaned(command: Array, tilt_max_rad: float) -> None:
+    """Shorten the planar part of an acceleration (3,), NED, until a multirotor leans no more than `tilt_max_rad` for it."""
+    planar = math.sqrt(command[0] ** 2 + command[1] ** 2)
+    room = max(0.0, math.tan(tilt_max_rad) * (GRAVITY_M_S2 - command[2]))
+    if planar > room:
+        command[0] *= room / planar
+        command[1] *= room / planar
+
+
 @compiled(numba.void(VECTOR, VECTOR, VECTOR, VECTOR, VECTOR))
 def decide(state: Array, gains: Array, reference: Array, avoidance: Array, command: Array) -> None:
-    """command (3,): acceleration, at most `acceleration_max`; noted in `state` as what the vehicle was told.
+    """command (3,): acceleration, at most `acceleration_max`, no steeper than `tilt_max`; noted in `state` as what was told.
 
     reference (9,): a position that is not finite is not tracked, the velocity alone is then. avoidance (3,) goes first.
     Without a measurement for BRAKE_AFTER_S the vehicle brakes. Whatever else is not finite counts as zero.
@@ -114,5 +126,6 @@ def decide(state: Array, gains: Array, reference: Array, avoidance: Array, comma
         state[TRACKING + k] = forward - gain * state[TRACKING + k] - state[DISTURBANCE + k]
     state[TRACKING + 2] = min(gains[VERTICAL_MAX], max(-gains[VERTICAL_MAX], state[TRACKING + 2]))
     limited_sum(avoidance, state[TRACKING : TRACKING + 3], command, gains[ACCELERATION_MAX])
+    leaned(command, gains[TILT_MAX])
     for k in range(3):
         state[APPLIED + k] = command[k]

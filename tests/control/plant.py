@@ -30,20 +30,31 @@ class Story:
 
 
 def fly_step(
-    gains: Gains, start_m: Array, push: Array, lag_s: float, delay_s: float, seconds: float, *, fed_raw: bool = False
+    gains: Gains,
+    start_m: Array,
+    push: Array,
+    lag_s: float,
+    delay_s: float,
+    seconds: float,
+    *,
+    fed_raw: bool = False,
+    periods_s: Array | None = None,
 ) -> Story:
-    """From rest at `start_m` (3,) to the origin. fed_raw: the observer is told the command that tracking wanted, unlimited."""
+    """From rest at `start_m` (3,) to the origin. fed_raw: the observer is told the command that tracking wanted, unlimited.
+
+    periods_s: the control periods, one by one; without them `seconds` of the nominal one.
+    """
     state, flat, told = np.zeros(STATE_SIZE), gains.as_array(), np.zeros(3)
     position, velocity, flown, reference = start_m.astype(np.float64), np.zeros(3), np.zeros(3), np.zeros(REFERENCE_SIZE)
-    parts = max(4, math.ceil(gains.period_s / 0.01))
-    step_s = gains.period_s / parts
+    step_s = gains.period_s / max(4, math.ceil(gains.period_s / 0.01))
     wire = deque([np.zeros(3)] * (round(delay_s / step_s) + 1), maxlen=round(delay_s / step_s) + 1)
     blend = 1.0 - math.exp(-step_s / lag_s)
     size = float(np.linalg.norm(start_m))
     towards = -start_m / size
     story = Story()
-    for _ in range(round(seconds / gains.period_s)):
-        observe(state, flat, gains.period_s, position, velocity)
+    for period_s in [gains.period_s] * round(seconds / gains.period_s) if periods_s is None else periods_s.tolist():
+        parts = max(1, round(period_s / step_s))
+        observe(state, flat, period_s, position, velocity)
         decide(state, flat, reference, NOTHING, told)
         if fed_raw:
             state[APPLIED : APPLIED + 3] = state[19:22]

@@ -11,11 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightapp.control.gains import DEFAULT
-from flightapp.control.law import REFERENCE_SIZE, decide, limited_sum
+from flightapp.control.law import GRAVITY_M_S2, REFERENCE_SIZE, decide, leaned, limited_sum
 from flightapp.control.observer import APPLIED, STATE_SIZE, observe
 from tests.control.plant import fly_step
 
 DIRECTION = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: math.hypot(*v) > 0.1)
+PERIOD = st.sampled_from([0.02, 0.0, -0.02, 1e-6, 0.3, 7.0, math.nan])
 NUMBER = st.sampled_from([0.0, 1.0, -2.5, 40.0, -1e9, 1e200, math.nan, math.inf, -math.inf])
 
 
@@ -57,16 +58,18 @@ def test_the_observer_winds_up_where_it_is_fed_with_the_raw_command() -> None:
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.tuples(*[NUMBER] * 3), st.tuples(*[NUMBER] * 9), st.tuples(*[NUMBER] * 3))
+@given(st.tuples(*[NUMBER] * 3), st.tuples(*[NUMBER] * 9), st.tuples(*[NUMBER] * 3), st.lists(PERIOD, min_size=1, max_size=4))
 def test_every_command_is_finite_and_limited(
-    seen: tuple[float, ...], reference: tuple[float, ...], avoidance: tuple[float, ...]
+    seen: tuple[float, ...], reference: tuple[float, ...], avoidance: tuple[float, ...], periods_s: list[float]
 ) -> None:
+    """Specification 8.12: whatever is measured, asked for, and stamped: duplicated, reordered, late."""
     state, flat, command = np.zeros(STATE_SIZE), DEFAULT.as_array(), np.zeros(3)
-    for _ in range(3):
-        observe(state, flat, 0.02, np.array(seen), np.array(seen))
+    for dt_s in periods_s:
+        observe(state, flat, dt_s, np.array(seen), np.array(seen))
         decide(state, flat, np.array(reference), np.array(avoidance), command)
         assert np.isfinite(command).all()
         assert np.linalg.norm(command) <= DEFAULT.acceleration_max_m_s2 * (1.0 + 1e-9)
+        assert math.hypot(*command[:2]) <= math.tan(DEFAULT.tilt_max_rad) * (GRAVITY_M_S2 - command[2]) * (1.0 + 1e-9)
         assert (state[APPLIED : APPLIED + 3] == command).all(), "the observer is told what was commanded"
 
 
@@ -95,3 +98,25 @@ def test_without_measurements_the_vehicle_brakes() -> None:
         observe(state, flat, 0.02, np.full(3, math.nan), np.full(3, math.nan))
         decide(state, flat, reference, np.zeros(3), command)
     assert command[0] < -1.0
+
+
+def test_a_multirotor_that_falls_leans_less_and_one_that_need_not_lean_is_left_alone() -> None:
+    level, sinking = np.array((5.0, 3.0, 0.0)), np.array((5.0, 3.0, 3.0))
+    leaned(level, math.radians(35.0))
+    assert level.tolist() == [5.0, 3.0, 0.0]
+    leaned(sinking, math.radians(35.0))
+    assert math.atan2(math.hypot(*sinking[:2]), GRAVITY_M_S2 - sinking[2]) == pytest.approx(math.radians(35.0))
+    assert sinking[2] == 3.0
+    assert sinking[0] / sinking[1] == pytest.approx(5.0 / 3.0)
+
+
+@settings(max_examples=5, deadline=None)
+@given(st.integers(0, 10_000), st.floats(0.05, 0.15))
+def test_an_uneven_period_does_not_unsettle_it(seed: int, lag_s: float) -> None:
+    """Specification 4, jitter: half to twice the nominal period, now and then a gap of ten."""
+    random = np.random.default_rng(seed)
+    periods_s = 0.02 * random.uniform(0.5, 2.0, 900)
+    periods_s[random.random(900) < 0.01] = 0.2
+    story = fly_step(DEFAULT, np.array((12.0, -5.0, 2.0)), np.array((1.0, 0.5, 0.0)), lag_s, 0.02, 0.0, periods_s=periods_s)
+    assert story.overshoot_share <= 0.05
+    assert story.error_m <= 0.1

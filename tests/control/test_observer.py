@@ -111,3 +111,16 @@ def test_a_step_that_is_not_positive_changes_nothing() -> None:
     for dt_s in (0.0, -0.1, math.nan):
         observe(state, DEFAULT.as_array(), dt_s, np.ones(3), np.ones(3))
     assert (state == before).all()
+
+
+def test_a_long_step_is_predicted_in_parts() -> None:
+    """What was applied reaches the vehicle with a lag: one long step of it would be believed to act from its beginning."""
+    flat, once, often = DEFAULT.as_array(), np.zeros(STATE_SIZE), np.zeros(STATE_SIZE)
+    for state, steps, dt_s in ((once, 1, 0.4), (often, 20, 0.02)):
+        observe(state, flat, 0.02, np.zeros(3), np.zeros(3))
+        state[APPLIED] = 3.0
+        for _ in range(steps):
+            observe(state, flat, dt_s, NOWHERE, NOWHERE)
+    assert once[VELOCITY] == pytest.approx(often[VELOCITY])
+    assert once[POSITION] == pytest.approx(often[POSITION])
+    assert once[GAP] == pytest.approx(often[GAP])

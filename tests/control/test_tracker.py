@@ -160,3 +160,24 @@ def test_a_velocity_setpoint_in_its_place_goes_through_the_guards() -> None:
     wish = tracker.wish(Setpoint(np.array((1.0, 0.0, 0.0)), 0.5))
     assert wish.velocity_ned_m_s[0] > 1.5, "more than is wanted, for it is behind"
     assert tracker.forward(wish) is None
+
+
+def believed_m_s2(note_the_wish: bool) -> float:
+    """Largest disturbance believed in still air while the vehicle is held back: what is fed forward never reaches it."""
+    tracker = make_tracker(PROFILE)
+    tracker.begin()
+    velocity, most = np.zeros(3), 0.0
+    for tick in range(150):
+        tracker.watch(VehicleState(0.02 * tick, np.zeros(3), velocity, 0.0), 0.02)
+        sent = Setpoint(np.array((4.0, 0.0, 0.0)), 0.0)
+        wished = with_feed_forward(sent, tracker.forward(sent), LIMITS, PROFILE.safety)
+        tracker.note(wished if note_the_wish else sent)
+        velocity = velocity + 0.02 * 1.8 * (sent.velocity_ned_m_s - velocity)
+        most = max(most, float(np.linalg.norm(tracker.disturbance_ned_m_s2)))
+    return most
+
+
+def test_the_observer_is_told_what_was_sent_and_not_what_was_wished() -> None:
+    """Specification 8.8 over PX4's loop, with the wrong wire as its unsafe twin."""
+    assert believed_m_s2(note_the_wish=False) < 0.9
+    assert believed_m_s2(note_the_wish=True) > 1.5
