@@ -57,7 +57,8 @@ class TrackingGains:
     """Of PX4's loop in the plane: MPC_XY_VEL_P_ACC."""
     vertical_gain_1_s: float = 4.0
     """MPC_Z_VEL_P_ACC."""
-    differentiator_rad_s: float = 12.0
+    differentiator_rad_s: float = 25.0
+    """Of how the velocity that is sent changes: that is known exactly, so it may be fast."""
     damping: float = 0.9
     variant: Variant = "acceleration"
 
