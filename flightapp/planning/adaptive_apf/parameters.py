@@ -24,6 +24,8 @@ class AdaptiveApfParameters(StrategyParameters):
     D: activation distance and speed that follow the threat."""
     law: Literal["field", "double-integrator"] = "field"
     """The velocity along the force, or the force as acceleration with only approaching bodies repelling (IAPF-style)."""
+    damping_1_s: float | None = Field(default=None, gt=0)
+    """Of the double integrator; None: so much that the full attraction flies at the vehicle's top speed."""
     safety_filter: Literal["braking", "barrier", "off"] = "braking"
     """Neither the source's nor a part of it: the last word over the velocity, by what can be braked before each body or by a
     control barrier function of first order."""

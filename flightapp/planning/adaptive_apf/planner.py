@@ -47,7 +47,6 @@ GAP_S = 0.3
 LEAVING_SHARE = 0.3
 GAINING_SHARE = 0.7
 """A command slower than this share of what is wanted, in its direction, is a vehicle that gains speed: no trap is looked for."""
-DAMPING_1_S = 2.0
 FACING_M_S = 0.5
 
 
@@ -136,7 +135,8 @@ class AdaptiveApfPlanner:
         elif goal is not None and goal.age_s > self._parameters.target_stale_s and mode == PURSUE:
             mode, reason = SEARCH, f"the target was last seen {goal.age_s:.1f} s ago"
         yaw_rad = self._yaw_rad(observation, wanted, goal)
-        return self._decision(wanted, yaw_rad, mode, None if goal is None else aim, reason, self._told(moved, filtered))
+        told = {"captured": mode == DONE, **self._told(moved, filtered)}
+        return self._decision(wanted, yaw_rad, mode, None if goal is None else aim, reason, told)
 
     def _reachable(self, goal: Goal, flat: bool, place: Array) -> tuple[Array, bool, bool]:
         """Where to fly to meet the goal, out of the bodies that it is in or too near to; whether it was moved, and whether it
@@ -210,7 +210,8 @@ class AdaptiveApfPlanner:
         size = float(np.linalg.norm(force))
         if self._parameters.law == "double-integrator" and mode != LEAVE:
             velocity = np.zeros(3) if goal is None or mode == BLOCKED else goal.velocity_ned_m_s
-            return base + dt_s * (force + DAMPING_1_S * (velocity - base))
+            damping_1_s = self._parameters.damping_1_s or self._parameters.full_attraction_m_s2 / speed_max
+            return base + dt_s * (force + damping_1_s * (velocity - base))
         if size < 1e-9:
             return np.zeros(3)
         speed = speed_max * (1.0 + float(self._field[GAIN]))
