@@ -14,6 +14,7 @@ _PHASE_COLOURS = {
     "preflight": "#6b7885",
     "arm": "#56636f",
     "takeoff": "#3b6ea5",
+    "ingress": "#44748f",
     "ready": "#4d7ea8",
     "pursue": "#2f7d5b",
     "return": "#7a6a3a",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -51,3 +52,21 @@ class KnownSphere(Strict):
 
 
 KnownObstacle = Annotated[KnownCylinder | KnownBox | KnownSphere, Field(discriminator="shape")]
+
+
+def distance_to_column_m(known: KnownObstacle, north_m: float, east_m: float, bottom_m: float, top_m: float) -> float:
+    """From `known` to the upright line at a place (mission frame) between two heights above the datum; 0 inside."""
+    north, east = north_m - known.north_m, east_m - known.east_m
+    if isinstance(known, KnownSphere):
+        up = max(bottom_m - known.height_m, known.height_m - top_m, 0.0)
+        return max(0.0, math.hypot(north, east, up) - known.radius_m)
+    if isinstance(known, KnownBox):
+        heading = math.radians(known.heading_deg)
+        along = abs(north * math.cos(heading) + east * math.sin(heading)) - known.length_m / 2
+        across = abs(-north * math.sin(heading) + east * math.cos(heading)) - known.width_m / 2
+        planar = math.hypot(max(along, 0.0), max(across, 0.0))
+    else:
+        planar = max(0.0, math.hypot(north, east) - known.radius_m)
+    above = -math.inf if known.top_m is None else bottom_m - known.top_m
+    below = -math.inf if known.bottom_m is None else known.bottom_m - top_m
+    return math.hypot(planar, max(above, below, 0.0))

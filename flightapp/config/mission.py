@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 from shapely.geometry import LineString, Point, Polygon
 
-from flightapp.config.known_obstacles import KnownObstacle, KnownSphere
+from flightapp.config.known_obstacles import KnownObstacle, KnownSphere, distance_to_column_m
 from flightapp.config.loading import Strict, load
 from flightapp.config.tracking import Controller
 from flightapp.config.wind import HarmonicWind
@@ -20,6 +20,8 @@ from flightapp.core.types import Boundary
 Coordinate = Annotated[float, Field(ge=-20_000, le=20_000)]
 """A place in the mission frame, m: the frame is flat, so it ends 20 km from the datum."""
 HEIGHT_ABOVE_GROUND_MIN_M = 1.0
+COLUMN_GAP_M = 0.5
+"""From where a vehicle climbs or waits to what is known, at least."""
 
 Vertex = tuple[Coordinate, Coordinate]
 Scalar = float | int | bool | str
@@ -150,6 +152,13 @@ class Start(Strict):
     """Height of the ground there above the datum."""
 
 
+class Station(Strict):
+    """Where a vehicle waits for the pursuit, in the mission frame, at its flight height."""
+
+    north_m: Coordinate
+    east_m: Coordinate
+
+
 class Strategy(Strict):
     """A planner or an evader policy by its registered name, with parameters from a file, from here, or both (here wins).
 
@@ -168,6 +177,8 @@ class Vehicle(Strict):
     role: Literal["pursuer", "evader"]
     system_id: int = Field(ge=1, le=250)
     start: Start
+    station: Station | None = None
+    """With `ingress = "planned"`: it flies there after take-off; without one it waits for the pursuit above its start."""
     strategy: Strategy
     height_m: float | None = Field(default=None, gt=0)
     """Own flight height above the datum where it differs from the mission's."""
@@ -259,7 +270,13 @@ class Mission(Strict):
     vehicles: tuple[Vehicle, ...] = Field(min_length=1)
     obstacles: Obstacles = Obstacles()
     known_obstacles: tuple[KnownObstacle, ...] = ()
-    """What `way_home = "planned"` leads around: every vehicle is told, and simulation does not build it."""
+    """What planned ways lead around: every vehicle is told, and simulation does not build it. Strategies are not told."""
+    ingress: Literal["none", "planned"] = "none"
+    """How vehicles with a station get there before the pursuit: along a way planned around the known obstacles."""
+    ingress_handover_m: float = Field(default=15.0, ge=0, le=1000)
+    """A pursuer on its ingress that comes this near to the evader begins the pursuit at once, and with it all; 0: never."""
+    way_out: Literal["none", "planned"] = "none"
+    """What a pursuer does whose strategy is trapped: fly a way out that is planned around the known obstacles."""
     way_home: Literal["autopilot", "planned"] = "autopilot"
     """How a vehicle returns: by the autopilot's own mode, or first along a way planned around the known obstacles."""
     simulation: Simulation = Simulation()
@@ -272,6 +289,8 @@ class Mission(Strict):
         _check_heights(self)
         _check_return_heights(self)
         _check_known_obstacles(self)
+        _check_stations(self)
+        _check_columns(self)
         _check_dwell(self)
         return self
 
@@ -416,6 +435,44 @@ def _check_known_obstacles(mission: Mission) -> None:
                 f"known_obstacles[{index}] reaches up {reach}, and the autopilot returns straight at return_height_m = "
                 f'{mission.return_height_m:g}; set way_home = "planned", or return above it'
             )
+
+
+def _check_stations(mission: Mission) -> None:
+    stations = [(index, vehicle.station) for index, vehicle in enumerate(mission.vehicles) if vehicle.station is not None]
+    if mission.ingress == "none" and stations:
+        raise ValueError(
+            f'vehicles[{stations[0][0]}].station: it is flown to only with ingress = "planned"; set that, or leave it'
+        )
+    if mission.ingress == "planned" and not stations:
+        raise ValueError(
+            'ingress = "planned": no vehicle has a station; it must have one: station = { north_m = 20.0, east_m = 5.0 }'
+        )
+    volume = Polygon(mission.flight_volume.vertices_m)
+    for index, station in stations:
+        where = (station.north_m, station.east_m)
+        if not volume.contains(Point(where)):
+            raise ValueError(
+                f"vehicles[{index}].station = {where}: lies outside the flight volume; it must lie in flight_volume.vertices_m"
+            )
+
+
+def _check_columns(mission: Mission) -> None:
+    """Vehicles climb above their starts, come down there, and wait at their stations: nothing that is known may be there."""
+    for index, vehicle in enumerate(mission.vehicles):
+        ground, height = vehicle.start.ground_height_m, mission.height_of(vehicle)
+        highest = max(height, mission.return_height_of(vehicle))
+        columns: list[tuple[str, Start | Station, float, float]] = [("start", vehicle.start, ground, highest)]
+        if vehicle.station is not None:
+            columns.append(("station", vehicle.station, height, height))
+        for field, place, bottom, top in columns:
+            for known_index, known in enumerate(mission.known_obstacles):
+                distance = distance_to_column_m(known, place.north_m, place.east_m, bottom, top)
+                if distance < COLUMN_GAP_M:
+                    raise ValueError(
+                        f"vehicles[{index}].{field} = {(place.north_m, place.east_m)}: '{vehicle.name}' would fly {bottom:g} to "
+                        f"{top:g} m above it, inside or closer than {COLUMN_GAP_M:g} m to known_obstacles[{known_index}]; "
+                        f"move the {field} or the obstacle"
+                    )
 
 
 def _check_dwell(mission: Mission) -> None:

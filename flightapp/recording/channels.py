@@ -67,6 +67,7 @@ CHANNELS: tuple[Channel, ...] = (
     Channel("/clocks", messages.ClockOffsets, 0.0, Priority.ESSENTIAL, ALL, "measured offsets of the other vehicles' clocks"),
     Channel("/observation", messages.ObservationRecord, 0.0, Priority.DIAGNOSTICS, 0.0, "what planner and supervisor were given"),
     Channel("/plan", messages.TeamPlan, 0.0, Priority.STATE, 1.0, "who closes in from which side, by the leader's plan in force"),
+    Channel("/way", messages.Way, 0.0, Priority.STATE, ALL, "planned ways past known obstacles: ingress, out of traps, home"),
     Channel(
         "/truth",
         messages.TruthRecord,

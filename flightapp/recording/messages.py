@@ -198,6 +198,8 @@ class ObservationRecord:
     and, where it is not older than that, reachable (0 or 1)."""
     told_discs: list[list[float]] | None = None
     """Obstacles that mates have told, which only the planner was given, after those of the frame: north_m, east_m, radius_m."""
+    heights_trusted: bool | None = None
+    """False: the supervisor was told that the own height must not be compared with an obstacle's; null: it might."""
 
 
 @dataclass(slots=True)
@@ -274,7 +276,7 @@ class Event:
 
 @dataclass(slots=True)
 class Phase:
-    """Mission phase (preflight, arm, takeoff, ready, pursue, return, land, done) and outcome once known."""
+    """Mission phase (preflight, arm, takeoff, ingress, ready, pursue, return, land, done) and outcome once known."""
 
     t_s: float
     phase: str
@@ -342,6 +344,20 @@ class TeamPlan:
     version: int
     arrival_t_s: float
     seats: list[PlanSeat]
+
+
+@dataclass(slots=True)
+class Way:
+    """A way past known obstacles that the vehicle begins to fly: ingress, way out of a trap, or way home."""
+
+    t_s: float
+    purpose: str
+    duration_s: float
+    """As planned."""
+    gap_m: float
+    """Kept from everything that was known and seen."""
+    places_ned_m: list[list[float]]
+    """(n, 3) along it, at equal times."""
 
 
 @dataclass(slots=True)

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from flightapp.recording.reader import Recording
 
-AIRBORNE = ("takeoff", "ready", "pursue", "return", "land", "released")
-OFFBOARD = ("pursue", "return")
+AIRBORNE = ("takeoff", "ingress", "ready", "pursue", "return", "land", "released")
+OFFBOARD = ("ingress", "pursue", "return")
 
 
 class Window(NamedTuple):

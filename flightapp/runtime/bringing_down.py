@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
+from typing import TYPE_CHECKING
 
 from flightapp.core.errors import FlightError
 from flightapp.runtime.authority import Authority
@@ -19,8 +18,6 @@ from flightapp.runtime.rooms import Rooms
 if TYPE_CHECKING:
     from flightapp.runtime.way_home import WayHome  # compiled: loaded only where it is flown
 
-P = ParamSpec("P")
-R = TypeVar("R")
 RETURN_TIMEOUT_S = 240.0
 WAYS_TRIED = 3
 BRAKE_TIMEOUT_S = 4.0
@@ -105,30 +102,23 @@ class BringingDown:
             motion = autopilot.motion()
             if motion is None or is_own_state_stale(self._rooms, self._rooms.clock.now_s()):
                 return False
-            way = await self._computed(way_home.plan, motion.state, loop.obstacles, attempt)
-            self._rooms.journal.event("warning" if way.trajectory is None else "info", "way_home", way.text)
+            way = await self._pace.computed(way_home.plan, motion.state, loop.obstacles, attempt)
+            self._rooms.journal.way(way)
             if way.trajectory is None:
-                free = await self._computed(way_home.is_return_free, motion.state, loop.obstacles)
+                free = await self._pace.computed(way_home.is_return_free, motion.state, loop.obstacles)
                 self._rooms.journal.event("warning", "way_home", f"{'return' if free else 'landing'} instead")
                 return not free
-            follower = way_home.follower(way.trajectory)
+            follower = way_home.ways.follower(way.trajectory)
             loop.follow(follower)
-            while not (follower.arrived or follower.is_stalled):
+            while not (follower.arrived or follower.failure):
                 await self._pace.tick()
                 if loop.guidance is not Guidance.WAY:
                     return False
             if follower.arrived:
                 return True
-            self._rooms.journal.event("warning", "way_home", "held up on the way home")
+            self._rooms.journal.event("warning", "way_home", f"held up on the way home: {follower.failure}")
             await self._brake()
         return True
-
-    async def _computed(self, function: Callable[P, R], *given: P.args, **named: P.kwargs) -> R:
-        """What may take longer than the deadman waits, in a thread: the vehicle goes on under the guards, and failsafes count."""
-        computing = asyncio.create_task(asyncio.to_thread(function, *given, **named))
-        while not computing.done():
-            await self._pace.tick()
-        return computing.result()
 
     async def _disarmed_on_the_ground(self) -> bool:
         """Disarm a vehicle that stands; the autopilot refuses it to one that flies, whatever was reported."""

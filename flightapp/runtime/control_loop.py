@@ -34,7 +34,7 @@ from flightapp.runtime.target_fusion import TargetFusion
 from flightapp.runtime.teamwork import Teamwork
 from flightapp.safety.api import Demand, SafetyContext
 from flightapp.safety.feed_forward import with_feed_forward
-from flightapp.vehicle.autopilot import Motion
+from flightapp.vehicle.autopilot import Motion, vouches_for_position
 from flightapp.vehicle.gap_meter import GapMeter
 
 STATUS_PERIOD_S = 1.0
@@ -62,7 +62,10 @@ class Follower(Protocol):
     """What flies a planned way."""
 
     arrived: bool
-    is_stalled: bool
+    failure: str
+    """Why the vehicle does not get there; empty as long as it may."""
+
+    def pause(self) -> None: ...
 
     def setpoint(self, own: VehicleState, now_s: float, yaw_rad: float) -> Setpoint: ...
 
@@ -111,6 +114,10 @@ class ControlLoop:
         self._yaw_rad = 0.0
         self._previous: Setpoint | None = None
         self._way: Follower | None = None
+        self._way_yields = False
+        self._detour: Follower | None = None
+        self.is_detoured = False
+        """True while the planner is asked and not flown, because a detour is."""
         self._last_tick_s: float | None = None
         self._last_frame: int | None = None
         self._camera_silent = False
@@ -137,17 +144,35 @@ class ControlLoop:
             self._woken_s = self._rooms.clock.now_s()
         self._loop.call_soon_threadsafe(self._wake.set)
 
-    def hover_here(self) -> None:
-        """From now on brake, then stay where the vehicle came to rest, at mission height."""
+    @property
+    def is_standing(self) -> bool:
+        """True once the vehicle has come to rest where something else than the planner holds it."""
+        return self._hover.at_rest
+
+    def hover_here(self, *, at_mission_height: bool = False) -> None:
+        """From now on brake, then stay where the vehicle came to rest: after a planned way at the present height, if not told."""
         motion = self._rooms.autopilot.motion()
         self._yaw_rad = self._yaw_rad if motion is None else motion.state.yaw_rad
         self._hover.restart()
+        if at_mission_height:
+            self._hover.keep_mission_height()
+        self.end_detour()
         self.guidance = Guidance.HOVER
 
-    def follow(self, way: Follower) -> None:
-        """From now on fly a planned way."""
-        self._way = way
+    def follow(self, way: Follower, *, yields: bool = False) -> None:
+        """From now on fly a planned way. yields: the failsafe's HOLD replaces it, as it does the planner."""
+        self._way, self._way_yields = way, yields
         self.guidance = Guidance.WAY
+
+    def detour(self, way: Follower | None) -> None:
+        """From now on fly this in place of what the planner decides, which is asked all the same; None: stand."""
+        if way is None:
+            self._hover.restart()
+        self._detour, self.is_detoured = way, True
+
+    def end_detour(self) -> None:
+        """The planner flies again."""
+        self._detour, self.is_detoured = None, False
 
     @property
     def obstacles(self) -> ObstacleSet:
@@ -271,9 +296,14 @@ class ControlLoop:
             limits=rooms.limits,
             team_link_age_s=self._teamwork.link_age_s(now_s),
             battery_fraction=None if battery is None else battery.remaining_fraction,
+            heights_trusted=vouches_for_position(rooms.autopilot),
         )
         rooms.journal.observation(
-            observation, context, self._last_frame, planned=self.guidance is Guidance.PLANNER, held=self.held
+            observation,
+            context,
+            self._last_frame,
+            planned=self.guidance is Guidance.PLANNER,
+            held=self.held or self.is_detoured,
         )
         if rooms.tracker is not None:
             rooms.tracker.watch(own, dt_s)
@@ -307,14 +337,22 @@ class ControlLoop:
             self._rooms.journal.event("info", "safety", f"{before.guard} no longer asks for {before.action.name.lower()}")
 
     def _wish(self, observation: Observation) -> Setpoint:
-        """What planner or hover want. A held planner is asked all the same: else nobody would see that it has recovered."""
-        if self.guidance is Guidance.WAY and self._way is not None:
-            self._hover.restart()
-            return self._turned(self._way.setpoint(observation.own, observation.t_s, self._yaw_rad))
+        """What planner, planned way or hover want. A planner that is held or taken a detour from is asked all the same: else
+        nobody would see that it has recovered.
+        """
         planned = self._planned(observation) if self.guidance is Guidance.PLANNER else None
-        if planned is None or self.held:
+        way = self._way if self.guidance is Guidance.WAY else self._detour if self.is_detoured else None
+        yields = self._way_yields or self.guidance is Guidance.PLANNER
+        if way is not None and self.held and yields:
+            way.pause()
+        elif way is not None:
+            self._hover.restart()
+            self._hover.keep_height_of(observation.own)
+            return self._turned(way.setpoint(observation.own, observation.t_s, self._yaw_rad))
+        if planned is None or self.held or self.is_detoured:
             return self._hover.setpoint(observation.own, self._yaw_rad)
         self._hover.restart()
+        self._hover.keep_mission_height()
         if self._rooms.tracker is not None:
             planned = self._rooms.tracker.wish(planned)
         return self._turned(planned)

@@ -1,4 +1,4 @@
-"""The mission executive: preflight, arm, take off, wait for the team, pursue, return, land.
+"""The mission executive: preflight, arm, take off, ingress, wait for the team, pursue, return, land.
 
 It reads like the mission it flies. Whatever ends the mission early is an `InterruptedMission` with the one action that
 follows: the failsafes are looked at after every wait (`pace`, `failsafe_watch`), who has control is known to `authority`, and
@@ -11,6 +11,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Collection
+from typing import TYPE_CHECKING
 
 from flightapp.core.errors import FlightError
 from flightapp.fleet.messages.command import Command
@@ -29,6 +30,10 @@ from flightapp.runtime.pace import NEWS_TIMEOUT_S, POLL_PERIOD_S, Pace
 from flightapp.runtime.rooms import Rooms
 from flightapp.runtime.team_readiness import missing_vehicles
 from flightapp.safety.failsafe.table import Condition
+
+if TYPE_CHECKING:
+    from flightapp.runtime.ingress import Ingress  # compiled: loaded only where they are flown
+    from flightapp.runtime.way_out import WayOut
 
 TAKEOFF_TIMEOUT_S = 45.0
 MODE_TIMEOUT_S = 5.0
@@ -57,6 +62,8 @@ class Executive:
         self._failsafes = FailsafeWatch(rooms, loop, self._authority)
         self._pace = Pace(rooms, loop, self._failsafes)
         self._bringing_down = BringingDown(rooms, loop, self._authority, self._failsafes, self._pace)
+        self._ingress = _ingress(rooms, loop, self._pace)
+        self._way_out = _way_out(rooms, loop)
 
     def request_landing(self, reason: str) -> None:
         """Land as soon as possible (termination signal). A vehicle that somebody else flies is only let go of."""
@@ -75,7 +82,8 @@ class Executive:
         try:
             await self._check_on_the_ground()
             await self._take_off()
-            await self._wait_for_team()
+            begins_early = self._ingress is not None and await self._ingress.fly()
+            await self._wait_for_team(begins_early=begins_early)
             outcome = await self._pursue()
         except InterruptedMission as interruption:
             action, outcome, reason = interruption.action, interruption.outcome, interruption.reason
@@ -93,6 +101,8 @@ class Executive:
     async def _check_on_the_ground(self) -> None:
         rooms = self._rooms
         self._pace.enter("preflight")
+        if self._ingress is not None:
+            await self._ingress.check()
         await pass_checklist(rooms, self._loop, self._pace, self._waived)
         height_m = rooms.mission.height_of(rooms.vehicle) - rooms.vehicle.start.ground_height_m
         return_height_m = rooms.mission.return_height_of(rooms.vehicle) - rooms.vehicle.start.ground_height_m
@@ -137,11 +147,11 @@ class Executive:
                 raise FlightError(f"take-off did not reach {wanted:.1f} m (waited {TAKEOFF_TIMEOUT_S:g} s)")
             await self._pace.tick()
 
-    async def _wait_for_team(self) -> None:
+    async def _wait_for_team(self, *, begins_early: bool) -> None:
         rooms = self._rooms
         self._pace.enter("ready")
         deadline_s = rooms.clock.now_s() + rooms.mission.start_timeout_s
-        while missing := missing_vehicles(rooms):
+        while missing := missing_vehicles(rooms, begins_early=begins_early):
             if rooms.clock.now_s() > deadline_s:
                 raise FlightError(f"the team was not ready within {rooms.mission.start_timeout_s:g} s: {', '.join(missing)}")
             await self._pace.tick()
@@ -159,6 +169,8 @@ class Executive:
         edge = segments(rooms.boundary)
         while True:
             await self._pace.tick()
+            if self._way_out is not None:
+                self._way_out.poll()
             told = outcome_of_team(peer.state.outcome for peer in rooms.team.peers.values() if peer.state is not None)
             if told is not None:
                 return self._end_pursuit(told, "told by the team")
@@ -221,3 +233,21 @@ class Executive:
             return None if motion is None else planar(motion.state.position_ned_m)
         target = self._loop.target
         return None if target is None or target.age_s > TARGET_AGE_MAX_S else planar(target.position_ned_m)
+
+
+def _ingress(rooms: Rooms, loop: ControlLoop, pace: Pace) -> Ingress | None:
+    """What flies the ingress, where the mission plans one for this vehicle."""
+    if rooms.mission.ingress != "planned" or rooms.vehicle.station is None:
+        return None
+    from flightapp.runtime.ingress import Ingress
+
+    return Ingress(rooms, loop, pace)
+
+
+def _way_out(rooms: Rooms, loop: ControlLoop) -> WayOut | None:
+    """What leads a pursuer out of traps, where the mission wants that."""
+    if rooms.mission.way_out != "planned" or rooms.vehicle.role != "pursuer":
+        return None
+    from flightapp.runtime.way_out import WayOut
+
+    return WayOut(rooms, loop)

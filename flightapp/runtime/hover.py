@@ -15,13 +15,14 @@ AT_REST_M_S = 0.6
 
 
 class Hover:
-    """Mission frame NED; `height_m` above the datum."""
+    """Mission frame NED; `height_m` above the datum is the mission height, which it keeps unless told otherwise."""
 
     def __init__(self, height_m: float, climb_rate_max_m_s: float, altitude_gain_1_s: float) -> None:
         self._down_m = -height_m
         self._climb_rate_max_m_s = climb_rate_max_m_s
         self._altitude_gain_1_s = altitude_gain_1_s
         self._place: Array | None = None
+        self._kept_down_m = self._down_m
 
     @property
     def at_rest(self) -> bool:
@@ -32,9 +33,17 @@ class Hover:
         """Brake anew at the next setpoint."""
         self._place = None
 
+    def keep_height_of(self, own: VehicleState) -> None:
+        """Stand where the vehicle is now, whatever lies below."""
+        self._kept_down_m = float(own.position_ned_m[2])
+
+    def keep_mission_height(self) -> None:
+        """Stand at the mission height again."""
+        self._kept_down_m = self._down_m
+
     def setpoint(self, own: VehicleState, yaw_rad: float) -> Setpoint:
         """Brake first, then stay where the vehicle came to rest."""
-        down = self.down_velocity_m_s(own)
+        down = self._towards_m_s(self._kept_down_m, own)
         if self._place is None:
             if math.hypot(own.velocity_ned_m_s[0], own.velocity_ned_m_s[1]) > AT_REST_M_S:
                 return Setpoint(np.array([0.0, 0.0, down]), yaw_rad)
@@ -47,9 +56,12 @@ class Hover:
         return Setpoint(velocity, yaw_rad)
 
     def down_velocity_m_s(self, own: VehicleState) -> float:
-        """Down velocity that closes the height error."""
+        """Down velocity that closes the error of the mission height."""
+        return self._towards_m_s(self._down_m, own)
+
+    def _towards_m_s(self, down_m: float, own: VehicleState) -> float:
         limit = self._climb_rate_max_m_s
-        return max(-limit, min(limit, self._altitude_gain_1_s * (self._down_m - float(own.position_ned_m[2]))))
+        return max(-limit, min(limit, self._altitude_gain_1_s * (down_m - float(own.position_ned_m[2]))))
 
 
 def wish_of(decision: Decision, hover: Hover, own: VehicleState, *, feed_forward: bool) -> Setpoint:

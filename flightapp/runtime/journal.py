@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,6 +28,11 @@ from flightapp.safety.api import SafetyContext
 from flightapp.vehicle.autopilot import BatteryState, Motion, Status
 from flightapp.vehicle.gap_meter import Gaps
 
+if TYPE_CHECKING:
+    from flightapp.runtime.way_planner import PlannedWay
+
+WAY_SPACING_M = 1.0
+"""About so far apart are the places that are recorded of a planned way."""
 LEVELS = {"info": logging.INFO, "warning": logging.WARNING, "error": logging.ERROR}
 
 
@@ -120,6 +126,18 @@ class Journal:
         ]
         record = messages.TeamPlan(now_s, leader, plan.term, plan.version, plan.arrival_s, seats)
         self._recorder.log("/plan", record, now_s)
+
+    def way(self, way: PlannedWay) -> None:
+        """A way that was planned, or why there is none: an event, and the places that it leads past."""
+        name = way.purpose.replace(" ", "_")
+        if way.trajectory is None:
+            self.event("warning", name, way.text)
+            return
+        self.event("info", name, way.text)
+        now_s, trajectory = self._clock.now_s(), way.trajectory
+        times = np.linspace(0.0, trajectory.duration_s, 2 + int(trajectory.length_m / WAY_SPACING_M))
+        places = [trajectory.at(float(t_s)).position_ned_m.round(2).tolist() for t_s in times]
+        self._recorder.log("/way", messages.Way(now_s, way.purpose, trajectory.duration_s, way.gap_m, places), now_s)
 
     def clock_offsets(self, offsets: Mapping[str, Offset], now_s: float) -> None:
         known = [messages.ClockOffset(name, offset.ahead_s, offset.uncertainty_s) for name, offset in offsets.items()]

@@ -24,7 +24,7 @@ def obey(command: Command, loop: ControlLoop, failsafes: FailsafeWatch) -> tuple
         condition, text = WISHED[command.action]
         failsafes.want(condition, f"{command.action} from {who}")
         return True, text
-    if loop.phase not in ("ready", "pursue"):
+    if loop.phase not in ("ingress", "ready", "pursue"):
         return False, f"not possible in phase {loop.phase}"
     if command.action == "resume":
         failsafes.withdraw(Condition.OPERATOR_HOLD)

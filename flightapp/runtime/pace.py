@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from typing import ParamSpec, TypeVar
 
 from flightapp.core.errors import FlightError
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.failsafe_watch import FailsafeWatch
 from flightapp.runtime.rooms import Rooms
 
+P = ParamSpec("P")
+R = TypeVar("R")
 POLL_PERIOD_S = 0.02
 NEWS_TIMEOUT_S = 3.0
 """How long a heartbeat that tells the present state is waited for; they come once a second."""
@@ -42,6 +45,13 @@ class Pace:
             if self._rooms.clock.now_s() > deadline_s:
                 raise FlightError(f"{failure} (waited {timeout_s:g} s)")
             await self.tick()
+
+    async def computed(self, function: Callable[P, R], *given: P.args, **named: P.kwargs) -> R:
+        """What may take longer than the deadman waits, in a thread: the vehicle goes on under the guards, and failsafes count."""
+        computing = asyncio.create_task(asyncio.to_thread(function, *given, **named))
+        while not computing.done():
+            await self.tick()
+        return computing.result()
 
     async def news(self) -> None:
         """Wait for a heartbeat and judge it. On a lost link none comes: then end, so that the setpoints end too."""

@@ -7,8 +7,9 @@ from flightapp.runtime.rooms import Rooms
 PEER_AGE_MAX_S = 1.0
 
 
-def missing_vehicles(rooms: Rooms) -> list[str]:
-    """Who of the team is not ready, and why."""
+def missing_vehicles(rooms: Rooms, *, begins_early: bool) -> list[str]:
+    """Who of the team is not ready, and why. begins_early: whoever is on its ingress joins as soon as one pursues."""
+    ready = ("ready", "pursue", "ingress") if begins_early else ("ready", "pursue")
     now_s = rooms.clock.now_s()
     missing = []
     for name, peer in rooms.team.peers.items():
@@ -19,6 +20,6 @@ def missing_vehicles(rooms: Rooms) -> list[str]:
             missing.append(f"{name} (flies another version of the mission file)")
         elif now_s - state.t_s > PEER_AGE_MAX_S:
             missing.append(f"{name} (silent for {now_s - state.t_s:.0f} s)")
-        elif state.phase not in ("ready", "pursue"):
+        elif state.phase not in ready:
             missing.append(f"{name} (in phase {state.phase})")
     return missing

@@ -17,6 +17,8 @@ LATE_M, STOPPED_M = 1.0, 3.0
 ARRIVED_M = 1.0
 YAW_SPEED_MIN_M_S = 0.5
 STALLED_S = 8.0
+TIME_SHARE, TIME_MORE_S = 2.0, 20.0
+"""A way may take this many times what it was planned to take, and so much more: who creeps along it is held up as well."""
 
 
 class WayFollower:
@@ -30,8 +32,19 @@ class WayFollower:
         self._asked_s: float | None = None
         self._progress_s: float | None = None
         self._progress_on_way_s = 0.0
+        self._flown_s = 0.0
         self.arrived = False
-        self.is_stalled = False
+        self.failure = ""
+        """Why the vehicle does not get there, once that is so."""
+
+    @property
+    def time_limit_s(self) -> float:
+        """How long the vehicle may be on its way, pauses not counted."""
+        return TIME_SHARE * self._trajectory.duration_s + TIME_MORE_S
+
+    def pause(self) -> None:
+        """Somebody holds the vehicle: until the next setpoint neither patience nor the time limit run."""
+        self._asked_s = self._progress_s = None
 
     def setpoint(self, own: VehicleState, now_s: float, yaw_rad: float) -> Setpoint:
         """The next velocity, never faster than the limits; `yaw_rad` is kept where there is no direction."""
@@ -43,7 +56,7 @@ class WayFollower:
         planar = math.hypot(velocity[0], velocity[1])
         if planar > self._limits.speed_max_m_s:
             velocity[:2] *= self._limits.speed_max_m_s / planar
-        velocity[2] = np.clip(velocity[2], -self._limits.climb_rate_max_m_s, self._limits.climb_rate_max_m_s)
+        velocity[2] = np.clip(velocity[2], -self._limits.climb_rate_max_m_s, self._limits.sink_rate_max_m_s)
         if planar > YAW_SPEED_MIN_M_S:
             yaw_rad = math.atan2(velocity[1], velocity[0])
         ended = self._on_way_s >= self._trajectory.duration_s
@@ -53,11 +66,15 @@ class WayFollower:
     def _advance(self, now_s: float, late_m: float) -> None:
         passed_s = 0.0 if self._asked_s is None else max(0.0, now_s - self._asked_s)
         self._asked_s = now_s
+        self._flown_s += passed_s
         self._on_way_s = min(self._trajectory.duration_s, self._on_way_s + passed_s * _pace(late_m))
         moved = self._trajectory.duration_s > self._on_way_s > self._progress_on_way_s + 0.1
         if self._progress_s is None or moved:
             self._progress_s, self._progress_on_way_s = now_s, self._on_way_s
-        self.is_stalled = now_s - self._progress_s > STALLED_S
+        if now_s - self._progress_s > STALLED_S:
+            self.failure = f"no progress for {STALLED_S:g} s"
+        elif self._flown_s > self.time_limit_s:
+            self.failure = f"not there after {self.time_limit_s:.0f} s, planned in {self._trajectory.duration_s:.0f} s"
 
 
 def _pace(late_m: float) -> float:

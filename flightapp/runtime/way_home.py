@@ -1,139 +1,28 @@
-"""The way home around what is known: planned in three dimensions from where the vehicle is, inside the fence."""
+"""The way home: to above the own start, at the own return height."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
-from shapely.geometry import Point, Polygon
 
-from flightapp.config.known_obstacles import KnownBox, KnownCylinder, KnownObstacle
-from flightapp.config.mission import FlightVolume
-from flightapp.core.types import Array, ObstacleSet, VehicleState
-from flightapp.planning.path_planning.api import Budget, Problem
-from flightapp.planning.path_planning.flight import plan_flight
-from flightapp.planning.path_planning.registry import make_path_planner
-from flightapp.planning.path_planning.trajectory import FlightLimits, Trajectory
-from flightapp.runtime.composition import feeds_forward
+from flightapp.core.types import ObstacleSet, VehicleState
 from flightapp.runtime.rooms import Rooms
-from flightapp.runtime.way_follower import WayFollower
-from flightapp.space.bodies import V_DOWN, V_NORTH
-from flightapp.space.shapes import Cylinder, OrientedBox, Shape, Sphere, bodies_of, bodies_of_discs, no_bodies
-from flightapp.space.world import World
-
-ITERATIONS = 3000
-COMPUTING_S = 0.15
-"""After which no more iterations are made. What comes before and after may take as long in a large world of many bodies."""
-TRACKING_M = 1.0
-"""Room for how far the vehicle may be from where it is to be, beside body and safety margin."""
-SPEED_SHARE = 0.8
-"""Of the speed limit: catching up needs the rest."""
-FENCE_M = 0.1
-BAND_M = 0.3
-"""Kept from the lowest and highest flight height."""
-
-
-@dataclass(frozen=True, slots=True)
-class PlannedWay:
-    """What came of planning: a trajectory, or none and why."""
-
-    trajectory: Trajectory | None
-    text: str
+from flightapp.runtime.way_planner import PlannedWay, WayPlanner
 
 
 class WayHome:
-    """Plans ways to above the own start, at the own return height."""
+    """What `way_home = "planned"` flies, and what it falls back on."""
 
     def __init__(self, rooms: Rooms) -> None:
-        mission, vehicle, limits = rooms.mission, rooms.vehicle, rooms.limits
-        volume = mission.flight_volume
-        self._clock = rooms.clock
-        self._known = bodies_of(shape_of(one) for one in mission.known_obstacles)
-        self._fence = bodies_of(_fence(volume))
-        self._inside = Polygon(volume.vertices_m)
-        vertices = np.array(volume.vertices_m)
-        self._low = np.array((*vertices.min(axis=0), BAND_M - volume.height_max_m))
-        self._high = np.array((*vertices.max(axis=0), -volume.height_min_m - BAND_M))
-        goal = np.array((vehicle.start.north_m, vehicle.start.east_m, -mission.return_height_of(vehicle)))
-        self._goal = np.clip(goal, self._low, self._high)
-        self._gap_min_m = limits.body_radius_m + limits.safety_margin_m
-        self._limits = limits
-        self._flight_limits = FlightLimits(
-            SPEED_SHARE * limits.speed_max_m_s, SPEED_SHARE * limits.climb_rate_max_m_s, limits.acceleration_max_m_s2
-        )
-        self._planner = make_path_planner("rrt-star-apf")
-        self._seed = vehicle.system_id
-        self._feed_forward = feeds_forward(mission, rooms.profile)
+        mission, start = rooms.mission, rooms.vehicle.start
+        self.ways = WayPlanner(rooms)
+        self._goal = self.ways.within(np.array((start.north_m, start.east_m, -mission.return_height_of(rooms.vehicle))))
 
     def plan(self, own: VehicleState, seen: ObstacleSet, attempt: int = 0) -> PlannedWay:
-        """From where the vehicle is, past what is known and what it sees now. Takes 0.03 to 0.5 s: in a thread."""
-        start = np.clip(own.position_ned_m, self._low, self._high)
-        gap = self._gap_min_m + TRACKING_M
-        world = self._world(start, seen)
-        problem = Problem(
-            world,
-            start,
-            self._goal,
-            self._low,
-            self._high,
-            gap,
-            gap,
-            speed_max_m_s=self._flight_limits.speed_max_m_s,
-            acceleration_max_m_s2=self._flight_limits.acceleration_max_m_s2,
-        )
-        until_s = self._clock.now_s() + COMPUTING_S
-        budget = Budget(ITERATIONS, lambda: self._clock.now_s() < until_s)
-        flight = plan_flight(problem, self._planner, budget, self._seed + attempt, self._flight_limits, self._gap_min_m)
-        if flight.trajectory is None:
-            return PlannedWay(None, f"no way home around what is known: {flight.reason}")
-        length, direct = flight.trajectory.length_m, math.dist(start, self._goal)
-        lasts = flight.trajectory.duration_s
-        text = f"way home of {length:.0f} m ({direct:.0f} m straight) in {lasts:.0f} s, {flight.gap_m:g} m clear"
-        return PlannedWay(flight.trajectory, text)
-
-    def follower(self, trajectory: Trajectory) -> WayFollower:
-        return WayFollower(trajectory, self._limits, feed_forward=self._feed_forward)
+        """From where the vehicle is."""
+        return self.ways.plan("way home", own.position_ned_m, self._goal, seen, attempt)
 
     def is_return_free(self, own: VehicleState, seen: ObstacleSet) -> bool:
         """Whether the autopilot's own return, straight up to the return height and straight home, keeps clear."""
-        world, here = self._world(own.position_ned_m, seen), own.position_ned_m
+        here = own.position_ned_m
         above = np.array((here[0], here[1], min(here[2], self._goal[2])))
-        over_home = np.array((self._goal[0], self._goal[1], above[2]))
-        gap = self._gap_min_m
-        return world.is_way_free(here, above, gap) and world.is_way_free(above, over_home, gap)
-
-    def _world(self, here: Array, seen: ObstacleSet) -> World:
-        """Known bodies, the fence seen from inside, and seen discs where they are now; what moves is left to the guards."""
-        discs = bodies_of_discs(seen.discs)
-        discs[:, V_NORTH : V_DOWN + 1] = 0.0
-        fence = self._fence if self._inside.contains(Point(here[0], here[1])) else no_bodies()
-        return World.of_bodies(np.vstack((self._known, fence, discs)))
-
-
-def shape_of(known: KnownObstacle) -> Shape:
-    """A known obstacle of a mission file, with heights above the datum, as a body in NED."""
-    if isinstance(known, KnownCylinder):
-        return Cylinder(known.north_m, known.east_m, known.radius_m, *_extent(known.bottom_m, known.top_m))
-    if isinstance(known, KnownBox):
-        extent = _extent(known.bottom_m, known.top_m)
-        return OrientedBox(known.north_m, known.east_m, known.length_m, known.width_m, *extent, math.radians(known.heading_deg))
-    return Sphere(known.north_m, known.east_m, -known.height_m, known.radius_m)
-
-
-def _extent(bottom_m: float | None, top_m: float | None) -> tuple[float, float]:
-    """(down of the top, down of the bottom)."""
-    return (-math.inf if top_m is None else -top_m), (math.inf if bottom_m is None else -bottom_m)
-
-
-def _fence(volume: FlightVolume) -> Sequence[Shape]:
-    """A thin wall along every edge of the flight volume: no way leads out of it and in again."""
-    vertices = np.array(volume.vertices_m)
-    return [_wall(start, end) for start, end in zip(vertices, np.roll(vertices, -1, axis=0), strict=True)]
-
-
-def _wall(start: Array, end: Array) -> OrientedBox:
-    middle, along = 0.5 * (start + end), end - start
-    length, heading = math.hypot(along[0], along[1]), math.atan2(along[1], along[0])
-    return OrientedBox(float(middle[0]), float(middle[1]), length, FENCE_M, heading_rad=heading)
+        return self.ways.is_clear(seen, here, above, np.array((self._goal[0], self._goal[1], above[2])))

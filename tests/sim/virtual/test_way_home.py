@@ -13,7 +13,8 @@ from flightapp.core.errors import InputError
 from flightapp.recording.reader import read_recording
 from flightapp.runtime.control_loop import Guidance
 from flightapp.runtime.outcome import Outcome
-from flightapp.runtime.way_home import WayHome, shape_of
+from flightapp.runtime.way_home import WayHome
+from flightapp.runtime.way_planner import shape_of
 from flightapp.sim.autopilot_modes import Mode
 from flightapp.sim.virtual.fleet import VirtualFleet
 from flightapp.sim.virtual.mission import fly_virtual
@@ -85,7 +86,7 @@ def test_where_everything_is_blocked_it_lands_where_it_is_and_is_under_the_guard
     thought_s: list[float] = []
     for name in ("plan", "is_return_free"):
         thinks = getattr(WayHome, name)
-        noting = lambda self, *given, thinks=thinks: (thought_s.append(self._clock.now_s()), thinks(self, *given))[1]  # noqa: E731
+        noting = lambda self, *given, thinks=thinks: (thought_s.append(self.ways._clock.now_s()), thinks(self, *given))[1]  # noqa: E731
         monkeypatch.setattr(WayHome, name, noting)
     closed = tmp_path / "closed.toml"
     closed.write_text(MISSION.read_text().replace("width_m = 26.0", "width_m = 49.0").replace("limit_s = 17.0", "limit_s = 5.0"))
