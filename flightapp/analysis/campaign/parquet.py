@@ -63,7 +63,7 @@ def _row(result: RunResult) -> dict[str, object]:
         **{name: getattr(result, name) for name in _SAME},
         **{name: _finite(getattr(result, name)) for name in _FINITE},
         "mode_share": sorted(result.mode_share.items()),
-        "decisions": len(microseconds),
+        "decisions": result.decisions,
         "decision_p50_us": p50,
         "decision_p99_us": p99,
         "decision_max_us": most,

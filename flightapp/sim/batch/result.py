@@ -34,7 +34,8 @@ class RunResult:
     min_separation_m: float
     """Smallest distance between the centres of two pursuers, at any time; inf for one."""
     decision_ns: NDArray[np.int64]
-    """Processor time of every decision of every pursuer."""
+    """Processor time of one decision of each control period, the pursuers in turn; where somebody looks on, of every decision,
+    and 0 of who is lost."""
     mode_share: dict[str, float]
     """Share of the pursuers' control periods in each mode."""
     shortest_path_m: float | None
@@ -53,3 +54,5 @@ class RunResult:
     """Sum of the pursuers' changes of heading without their sign."""
     lost: int = 0
     """Pursuers that failed."""
+    decisions: int = 0
+    """Made by all pursuers."""
