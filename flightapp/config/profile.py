@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -26,6 +26,15 @@ class VehicleLimits(Strict):
     climb_rate_max_m_s: float = Field(gt=0, le=10)
     body_radius_m: float = Field(gt=0, le=3)
     safety_margin_m: float = Field(ge=0, le=10)
+    sink_rate_max_m_s: float = Field(gt=0, le=10)
+    """As the climb rate where it is not given."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sinks_as_it_climbs(cls, given: object) -> object:
+        if isinstance(given, Mapping) and "climb_rate_max_m_s" in given:
+            return {"sink_rate_max_m_s": given["climb_rate_max_m_s"], **given}
+        return given
 
     def as_limits(self) -> Limits:
         return Limits(**self.model_dump())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -90,6 +91,12 @@ class Limits:
     climb_rate_max_m_s: float
     body_radius_m: float
     safety_margin_m: float
+    sink_rate_max_m_s: float = math.nan
+    """As the climb rate where it is not given."""
+
+    def __post_init__(self) -> None:
+        if math.isnan(self.sink_rate_max_m_s):
+            object.__setattr__(self, "sink_rate_max_m_s", self.climb_rate_max_m_s)
 
 
 @dataclass(frozen=True, slots=True)

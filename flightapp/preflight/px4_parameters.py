@@ -103,7 +103,7 @@ def needed_parameters(mission: Mission, profile: Profile, vehicle: Vehicle) -> t
         _at_least("MPC_ACC_HOR", limits.acceleration_max_m_s2, "m/s2", "velocity setpoints are followed no faster", must=False),
         _at_least("MPC_JERK_MAX", limits.jerk_max_m_s3, "m/s3", "a lower one delays braking", must=False),
         _at_least("MPC_Z_VEL_MAX_UP", limits.climb_rate_max_m_s, "m/s", "the altitude loop counts on it"),
-        _at_least("MPC_Z_VEL_MAX_DN", limits.climb_rate_max_m_s, "m/s", "the altitude loop counts on it", must=False),
+        _at_least("MPC_Z_VEL_MAX_DN", limits.sink_rate_max_m_s, "m/s", "the altitude loop counts on it", must=False),
         _at_least("MPC_YAWRAUTO_MAX", yaw_rate_deg_s, "deg/s", "the camera must look where the vehicle flies", must=False),
         Needed("COM_LOW_BAT_ACT", True, lambda v: int(v) >= 2, 3, "2 land or 3 return, then land", "the app may be gone by then"),
     )

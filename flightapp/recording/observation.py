@@ -57,6 +57,7 @@ def observation_record(
         None if observation.assignment is None else observation.assignment.arrival_s,
         None if observation.assignment is None else _rendezvous_record(observation.assignment.rendezvous),
         observation.obstacles.discs[len(context.obstacles.discs) :, :3].tolist() or None,
+        None if context.heights_trusted else False,
     )
 
 
@@ -71,6 +72,7 @@ class Given:
     own_age_s: float
     team_link_age_s: float | None
     battery_fraction: float | None
+    heights_trusted: bool
 
 
 def given_by(record: ObservationRecord, obstacles: ObstacleSet, boundary: Boundary) -> Given:
@@ -89,7 +91,8 @@ def given_by(record: ObservationRecord, obstacles: ObstacleSet, boundary: Bounda
         boundary=boundary,
         assignment=_assignment(record),
     )
-    return Given(observation, obstacles, team, _age(record.own_age_s), record.team_link_age_s, record.battery_fraction)
+    trusted = record.heights_trusted is not False
+    return Given(observation, obstacles, team, _age(record.own_age_s), record.team_link_age_s, record.battery_fraction, trusted)
 
 
 def vector(numbers: Sequence[float | None]) -> Array:

@@ -72,6 +72,7 @@ def decide(flight: Flight, planner: Planner) -> Iterator[tuple[Tick, Decided]]:
             limits=limits,
             team_link_age_s=given.team_link_age_s,
             battery_fraction=given.battery_fraction,
+            heights_trusted=given.heights_trusted,
         )
         supervised = supervisor.check(wish, context)
         if tracker is not None:

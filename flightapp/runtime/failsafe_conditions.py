@@ -11,11 +11,10 @@ from flightapp.runtime.control_loop import ControlLoop, Guidance
 from flightapp.runtime.rooms import Rooms
 from flightapp.safety.api import Action, Demand
 from flightapp.safety.failsafe.table import Condition
+from flightapp.vehicle.autopilot import vouches_for_position
 
 TARGET_AGE_MAX_S = 1.0
 """News of the evader that is older is a prediction."""
-FIX_3D = 3
-"""Without it PX4 dead-reckons for seconds before its estimator calls the position bad; by then it has left OFFBOARD."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +51,7 @@ def _of_vehicle(rooms: Rooms, loop: ControlLoop, now_s: float) -> Iterator[Condi
     if loop.guidance is not Guidance.NONE:
         if is_own_state_stale(rooms, now_s):
             yield Condition.STATE_STALE
-        accuracy = rooms.autopilot.accuracy()
-        if not rooms.autopilot.health().global_position_ok or (accuracy is not None and accuracy.fix < FIX_3D):
+        if not vouches_for_position(rooms.autopilot):
             yield Condition.GPS_BAD
         if loop.demand is not None:
             yield _of_demand(loop.demand)

@@ -53,6 +53,8 @@ class SafetyContext:
     """Since anything was heard of any other vehicle of the fleet; None where nobody is expected to be heard."""
     battery_fraction: float | None = None
     """What is left, 0 to 1; None where the autopilot does not say."""
+    heights_trusted: bool = True
+    """Whether the own height may be compared with an obstacle's: not while the autopilot does not vouch for the position."""
 
 
 @dataclass(frozen=True, slots=True)

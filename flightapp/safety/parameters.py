@@ -32,6 +32,8 @@ class SafetyParameters(BaseModel):
     """The same for the height band."""
     obstacle_clearance_min_m: float = Field(default=0.1, ge=0, le=5)
     """Clearance between body and obstacle at which braking must have ended; the planner's margin is larger."""
+    obstacle_height_margin_m: float = Field(default=0.5, ge=0.2, le=5)
+    """Kept between the body and the top or underside of an obstacle that is passed above or below: what heights are known to."""
     moving_obstacle_margin_m: float = Field(default=0.2, ge=0, le=5)
     """Kept from an obstacle that moves on top of the clearance: at 2 m/s2 somebody gets 0.25 m far in half a second."""
     braking_fraction: float = Field(default=0.8, gt=0, le=1)

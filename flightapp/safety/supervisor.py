@@ -17,6 +17,7 @@ from flightapp.safety.guards.battery import BatteryGuard
 from flightapp.safety.guards.contingency import ContingencyGuard
 from flightapp.safety.guards.finite import FiniteGuard
 from flightapp.safety.guards.geofence import GeofenceGuard
+from flightapp.safety.guards.obstacle_height import ObstacleHeightGuard
 from flightapp.safety.guards.obstacle_stop import ObstacleStopGuard
 from flightapp.safety.guards.obstacles_age import ObstaclesAgeGuard
 from flightapp.safety.guards.own_state_age import OwnStateAgeGuard
@@ -47,7 +48,8 @@ class Supervisor:
        brake or retreat here, they may exceed the acceleration and jerk limits, as braking must.
     6. The sector limit again, because going round something may turn the velocity into an unseen sector; it only scales the
        velocity down, which keeps every bound that is not a retreat, and is left out during a retreat.
-    7. `finals`: height, which nothing after the rates touches, for the same reason as 5.
+    7. `finals`: height, above and below obstacles and then in the band, which nothing after the rates touches, for the same
+       reason as 5.
 
     The answer is finite, at most as fast as the limits allow, and always comes: should a guard fail, the vehicle stands and HOLD
     is asked for.
@@ -167,7 +169,7 @@ def make_supervisor(mission: Mission, profile: Profile, vehicle_name: str) -> Su
         limits=(speed, contingency, TeamLinkGuard(parameters), ObstaclesAgeGuard(parameters), unseen),
         spatial=spatial,
         rates=(AccelerationGuard(parameters), YawRateGuard()),
-        finals=(altitude,),
+        finals=(ObstacleHeightGuard(parameters), altitude),
         separation=SeparationGuard(parameters, pursuers) if yields else None,
         unseen=unseen,
         speed=speed,

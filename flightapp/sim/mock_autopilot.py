@@ -190,7 +190,7 @@ def frame_limits(own: VehicleLimits) -> MultirotorLimits:
     return MultirotorLimits(
         speed_max_m_s=_RESERVE * own.speed_max_m_s,
         climb_rate_max_m_s=_RESERVE * own.climb_rate_max_m_s,
-        descent_rate_max_m_s=_RESERVE * own.climb_rate_max_m_s,
+        descent_rate_max_m_s=_RESERVE * own.sink_rate_max_m_s,
         acceleration_max_m_s2=_RESERVE * own.acceleration_max_m_s2,
         jerk_max_m_s3=_RESERVE * own.jerk_max_m_s3,
         yaw_rate_max_rad_s=_RESERVE * own.yaw_rate_max_rad_s,

@@ -146,3 +146,13 @@ class Autopilot(Protocol):
         ...
 
     def close(self) -> None: ...
+
+
+FIX_3D = 3
+"""Without it PX4 dead-reckons for seconds before its estimator calls the position bad; by then it has left OFFBOARD."""
+
+
+def vouches_for_position(autopilot: Autopilot) -> bool:
+    """Whether `autopilot` says that it knows where it is, and its receiver has a fix in three dimensions, where it tells."""
+    accuracy = autopilot.accuracy()
+    return autopilot.health().global_position_ok and (accuracy is None or accuracy.fix >= FIX_3D)

@@ -26,7 +26,7 @@ KNOWN = {
     Assignment: {"bearing_rad", "arrival_s", "rendezvous"},
     SafetyContext: {
         *("t_s", "dt_s", "name", "own", "own_age_s", "team", "target", "obstacles", "obstacles_age_s", "previous", "limits"),
-        *("team_link_age_s", "battery_fraction"),
+        *("team_link_age_s", "battery_fraction", "heights_trusted"),
     },
 }
 
@@ -41,7 +41,7 @@ def test_nothing_is_given_that_is_not_recorded() -> None:
 @given(shape=shapes)
 def test_an_observation_comes_back_bit_for_bit(shape: Shape) -> None:
     for seen in situation(shape):
-        told = context(seen, None)
+        told = dataclasses.replace(context(seen, None), heights_trusted=len(seen.team) % 2 == 0)
         again = through_the_file(seen, told)
         for name in ("t_s", "dt_s", "assignment", "obstacles", "boundary"):
             assert getattr(again.observation, name) == getattr(seen, name), name
@@ -56,6 +56,7 @@ def test_an_observation_comes_back_bit_for_bit(shape: Shape) -> None:
         assert again.own_age_s == told.own_age_s
         assert again.team_link_age_s == told.team_link_age_s
         assert again.battery_fraction == told.battery_fraction
+        assert again.heights_trusted == told.heights_trusted
 
 
 def test_who_does_not_take_part_is_told_to_the_supervisor_only() -> None:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -74,3 +76,11 @@ def test_beyond_an_edge_it_is_brought_back_and_stays(start_m: float, climb: floa
     turned = np.diff(np.sign(np.diff(heights[np.abs(heights - heights[-1]) > 0.02])))
     assert np.count_nonzero(turned) <= 1
     assert not 1.5 <= _heights(None, start_m, [climb] * 16)[-1] <= 15.0
+
+
+def test_climb_and_sink_rate_each_have_their_limit() -> None:
+    body = Body("p1", (0.0, 0.0))
+    body.position[2] = -8.0
+    context = dataclasses.replace(context_of(body), limits=dataclasses.replace(LIMITS, sink_rate_max_m_s=1.2))
+    assert GUARD.check(setpoint_of(0.0, 0.0, 5.0), context).setpoint.velocity_ned_m_s[2] == 1.2
+    assert GUARD.check(setpoint_of(0.0, 0.0, -5.0), context).setpoint.velocity_ned_m_s[2] == -LIMITS.climb_rate_max_m_s

@@ -46,10 +46,12 @@ DERIVED = (
     "slot_radius_m",
     "evader_distance_m",  # smallest distance to keep from the evader; 0 where the capture needs contact
 )
+LIMITS = tuple(field.name for field in dataclasses.fields(Limits) if field.name != "sink_rate_max_m_s")
+"""Of the vehicle, as the planar kernels have them."""
 PARAMETER_FIELDS = (
     _plain_fields(Ac2fParameters)
     + _plain_fields(CaptureRule, "capture_")
-    + [(field.name, "f8") for field in dataclasses.fields(Limits)]
+    + [(name, "f8") for name in LIMITS]
     + [(name, "f8") for name in DERIVED]
     + [("oscillation_samples", "i8")]
 )
@@ -210,8 +212,8 @@ def parameter_record(parameters: Ac2fParameters, limits: Limits) -> Record:
     record = np.zeros(1, PARAMETERS)
     _fill(record, parameters)
     _fill(record, parameters.capture, "capture_")
-    for field in dataclasses.fields(Limits):
-        record[field.name] = getattr(limits, field.name)
+    for name in LIMITS:
+        record[name] = getattr(limits, name)
     rule = parameters.capture
     record["inflation_m"] = max(parameters.rejection_radius_m, limits.body_radius_m + limits.safety_margin_m)
     record["braking_m_s2"] = limits.acceleration_max_m_s2 * parameters.braking_share

@@ -28,7 +28,8 @@ class ClimbAndDive:
     def __init__(self, *, limits: Limits, parameters: ClimbAndDiveParameters) -> None:
         self._planar = BoundarySeeking(limits=limits, parameters=parameters)
         self._parameters = parameters
-        self._rate_m_s = min(parameters.climb_rate_m_s, limits.climb_rate_max_m_s)
+        self._climb_m_s = min(parameters.climb_rate_m_s, limits.climb_rate_max_m_s)
+        self._sink_m_s = min(parameters.climb_rate_m_s, limits.sink_rate_max_m_s)
         self.reset()
 
     def reset(self, seed: int | None = None) -> None:
@@ -41,7 +42,8 @@ class ClimbAndDive:
         self._turn(observation, height)
         aim = p.height_high_m if self._climbs else p.height_low_m
         gap = height - aim
-        rate = math.copysign(min(self._rate_m_s, braking_speed_m_s(abs(gap), p.climb_acceleration_m_s2, 0.0)), gap)
+        rate_max = self._sink_m_s if gap > 0.0 else self._climb_m_s
+        rate = math.copysign(min(rate_max, braking_speed_m_s(abs(gap), p.climb_acceleration_m_s2, 0.0)), gap)
         change = p.climb_acceleration_m_s2 * observation.dt_s
         self._down_m_s = min(self._down_m_s + change, max(self._down_m_s - change, rate))
         decision = self._planar.step(observation)

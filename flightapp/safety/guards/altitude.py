@@ -10,7 +10,7 @@ from flightapp.safety.parameters import SafetyParameters
 
 
 class AltitudeGuard:
-    """Specification: |vertical speed| at most the climb rate limit; climbing no faster than can be braked `height_margin_m`
+    """Specification: climb and sink rate at most their limits; climbing no faster than can be braked `height_margin_m`
     below the top of the band, sinking no faster than can be braked that far above its bottom; nearer to an edge than half of
     that margin and beyond it, the vehicle is brought back as by the fence, at most at `push_back_m_s`. Heights are metres above
     the datum, height = -down. Planar velocity and yaw are kept.
@@ -27,8 +27,10 @@ class AltitudeGuard:
     def check(self, setpoint: Setpoint, context: SafetyContext) -> GuardVerdict:
         north, east, down = setpoint.velocity_ned_m_s.tolist()
         height, climb = -float(context.own.position_ned_m[2]), -float(context.own.velocity_ned_m_s[2])
-        climb_max = self._kept_m_s(self._top_m - height, climb, context)
-        sink_max = self._kept_m_s(height - self._bottom_m, -climb, context)
+        limits = context.limits
+        rates = limits.climb_rate_max_m_s, limits.sink_rate_max_m_s
+        climb_max = self._kept_m_s(self._top_m - height, climb, rates, context)
+        sink_max = self._kept_m_s(height - self._bottom_m, -climb, rates[::-1], context)
         if -down > climb_max:
             reason = f"height {height:.1f} m, top {self._top_m:.1f} m: climb rate at most {climb_max:.1f} m/s"
             return GuardVerdict(with_velocity(setpoint, north, east, -climb_max), reason)
@@ -37,7 +39,7 @@ class AltitudeGuard:
             return GuardVerdict(with_velocity(setpoint, north, east, sink_max), reason)
         return GuardVerdict(setpoint)
 
-    def _kept_m_s(self, inside_m: float, closing_m_s: float, context: SafetyContext) -> float:
-        rate = context.limits.climb_rate_max_m_s
+    def _kept_m_s(self, inside_m: float, closing_m_s: float, rates_m_s: tuple[float, float], context: SafetyContext) -> float:
+        """rates_m_s: the largest towards the edge and away from it."""
         allowed = self._braking.kept_m_s(inside_m, closing_m_s, self._margin_m, self._push_back_m_s, context.own_age_s)
-        return min(rate, max(-rate, allowed))
+        return min(rates_m_s[0], max(-rates_m_s[1], allowed))

@@ -11,6 +11,7 @@ from flightapp.core.types import Array, Setpoint
 from flightapp.safety.api import GuardVerdict, SafetyContext
 from flightapp.safety.braking import horizontal_braking
 from flightapp.safety.guards.spatial import check_alone
+from flightapp.safety.heights import blocking
 from flightapp.safety.parameters import SafetyParameters
 from flightapp.safety.velocity_bounds import Planar, VelocityBound
 from perception.kernel_cache import njit
@@ -38,6 +39,8 @@ class ObstacleStopGuard:
     A disc that moves by itself is grown by `moving_obstacle_margin_m` more: whoever walks may turn. Discs that come closer are
     met with their closing speed taken off, down to a standstill, and never fled from; discs that move away are given credit only
     where a teammate or the evader is known to be.
+
+    Discs of known height that the vehicle passes above or below (see `heights`) do not count; those of unknown height do at any.
     """
 
     name = "obstacle-stop"
@@ -50,6 +53,9 @@ class ObstacleStopGuard:
 
     def bounds(self, wish: Planar, speed_m_s: float, context: SafetyContext) -> list[VelocityBound]:
         discs = context.obstacles.discs
+        in_the_way = blocking(context, self._parameters)
+        if not in_the_way.all():
+            discs = discs[in_the_way]
         if len(discs) == 0:
             return []
         limits, parameters = context.limits, self._parameters

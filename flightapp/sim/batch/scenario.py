@@ -26,7 +26,6 @@ from flightapp.sim.batch.families.u_trap import UTrapLayout
 from flightapp.sim.batch.volume.table import Volume
 from perception.parameters import PerceptionParameters
 
-CLIMB_RATE_MAX_M_S = 2.0
 OF_DEPTH = ("camera", "perception")
 OF_IDEAL = ("range_m", "field_of_view_deg", "occlusion", "position_noise_m", "radius_noise_m", "sees_vehicles")
 
@@ -42,6 +41,9 @@ class Vehicle(Strict):
     jerk_max_m_s3: float = Field(default=60.0, gt=0)
     yaw_rate_max_rad_s: float = Field(default=3.0, gt=0)
     yaw_acceleration_max_rad_s2: float = Field(default=12.0, gt=0)
+    climb_rate_max_m_s: float = Field(default=2.0, gt=0)
+    """Of flights in space, as the next."""
+    sink_rate_max_m_s: float = Field(default=2.0, gt=0)
     body_radius_m: float = Field(default=0.25, gt=0)
     safety_margin_m: float = Field(default=0.25, ge=0)
     delay_s: float = Field(default=0.0, ge=0, le=0.5)
@@ -65,9 +67,10 @@ class Vehicle(Strict):
             self.jerk_max_m_s3,
             self.yaw_rate_max_rad_s,
             self.yaw_acceleration_max_rad_s2,
-            CLIMB_RATE_MAX_M_S,
+            self.climb_rate_max_m_s,
             self.body_radius_m,
             self.safety_margin_m,
+            self.sink_rate_max_m_s,
         )
 
 

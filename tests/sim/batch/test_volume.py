@@ -134,3 +134,17 @@ def test_heights_of_obstacles_are_drawn_beside_the_layout_and_leave_it_as_it_is(
 def test_what_is_not_simulated_in_space_is_refused(field: str, value: object, said: str) -> None:
     with pytest.raises(InputError, match=said.replace("[", r"\[")):
         scenario("a2-dense-volume", **{field: value})
+
+
+def test_a_vehicle_that_sinks_more_slowly_than_it_climbs_does_so_and_its_planner_knows() -> None:
+    of = scenario("a2-dense-volume", pursuers__count=1, pursuers__climb_rate_max_m_s=3.0, pursuers__sink_rate_max_m_s=1.0)
+    assert (of.pursuers.limits().climb_rate_max_m_s, of.pursuers.limits().sink_rate_max_m_s) == (3.0, 1.0)
+    assert of.volume is not None
+    for wanted, flown in ((-9.0, -3.0), (9.0, 1.0)):
+        world = VolumeWorld(
+            of, of.volume, Layout(disc_rows([]), FAR, (Start(0.0, 0.0, 0.0),), Start(50.0, 50.0, 0.0), AREA), 1, 2
+        )
+        decision = replace(command(0.0, 0.0), velocity_ned_m_s=np.array((0.0, 0.0, wanted)))
+        for tick in range(40):
+            world.advance(tick, [decision, command(0.0, 0.0)])
+        assert float(world.states(0.0)[0].velocity_ned_m_s[2]) == pytest.approx(flown, abs=0.02)

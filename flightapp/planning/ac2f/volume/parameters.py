@@ -10,7 +10,7 @@ from flightapp.planning.parameters import StrategyParameters
 
 
 class VolumeParameters(StrategyParameters):
-    """Heights are metres above the datum, height = -down. The climb rate limit comes with the vehicle's limits."""
+    """Heights are metres above the datum, height = -down. The climb and sink rate limits come with the vehicle's limits."""
 
     space: Literal["plane", "volume"] = "plane"
     """`plane`: the source's planar pursuit at the mission's height; `volume`: up and down to the evader as well."""

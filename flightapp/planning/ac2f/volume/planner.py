@@ -91,16 +91,18 @@ class VolumePlanner:
         last = float(observation.own.velocity_ned_m_s[2]) if self._down_m_s is None else self._down_m_s
         change = p.acceleration_max_m_s2 * observation.dt_s
         wanted = min(last + change, max(last - change, wanted))
-        rate = self._limits.climb_rate_max_m_s
-        self._down_m_s = min(rate, room.sink_max_m_s, max(-rate, -room.climb_max_m_s, wanted))
+        limits = self._limits
+        climb, sink = min(limits.climb_rate_max_m_s, room.climb_max_m_s), min(limits.sink_rate_max_m_s, room.sink_max_m_s)
+        self._down_m_s = min(sink, max(-climb, wanted))
         return self._down_m_s
 
     def _meeting_s(self, observation: Observation, target: TargetTrack) -> float:
         """When the evader can be met; NaN: never."""
         n, e, down = (target.position_ned_m - observation.own.position_ned_m).tolist()
         vn, ve, vd = target.velocity_ned_m_s.tolist()
-        rate = self._limits.climb_rate_max_m_s
-        return meeting_time_s((n, e, down), (vn, ve, vd), self._limits.speed_max_m_s, rate, rate)
+        limits = self._limits
+        rates = limits.climb_rate_max_m_s, limits.sink_rate_max_m_s
+        return meeting_time_s((n, e, down), (vn, ve, vd), limits.speed_max_m_s, *rates)
 
     def _planar_share(self, observation: Observation, target: TargetTrack, velocity: Array) -> float:
         """The share of the planar velocity with which the vehicle arrives no sooner than at the evader's height.
@@ -112,9 +114,9 @@ class VolumePlanner:
         distance, level_m = math.hypot(n, e), LEVEL_SHARE * p.capture.radius_m
         if not 0.0 < distance <= p.slot_range_m or abs(down) <= level_m:
             return 1.0
-        rate = self._limits.climb_rate_max_m_s
+        rates = self._limits.climb_rate_max_m_s, self._limits.sink_rate_max_m_s
         rest_m = math.copysign(abs(down) - level_m, down)
-        begin_s, end_s = vertical_interval_s(rest_m, float(target.velocity_ned_m_s[2]), rate, rate)
+        begin_s, end_s = vertical_interval_s(rest_m, float(target.velocity_ned_m_s[2]), *rates)
         allowed = 0.0 if begin_s > end_s else distance / begin_s if begin_s > 0.0 else math.inf
         along = float(velocity[0] * n + velocity[1] * e) / distance
         flees = float(target.velocity_ned_m_s[0] * n + target.velocity_ned_m_s[1] * e) / distance

@@ -6,7 +6,7 @@ import numpy as np
 
 from flightapp.core.types import Decision, ObstacleSet
 from flightapp.sim.batch.families.layout import Layout
-from flightapp.sim.batch.scenario import CLIMB_RATE_MAX_M_S, Scenario
+from flightapp.sim.batch.scenario import Scenario
 from flightapp.sim.batch.volume.advance import DOWN, DOWN_RATE, TOP, advance_in_space
 from flightapp.sim.batch.volume.table import Volume
 from flightapp.sim.batch.world import World
@@ -19,7 +19,10 @@ class VolumeWorld(World):
         super().__init__(scenario, layout, wind_key, sensing_key)
         self._heights = np.zeros((len(self.vehicles), 3))
         self._heights[:-1, DOWN], self._heights[-1, DOWN] = -volume.pursuer_height_m, -volume.evader_height_m
-        self._climb = np.array((CLIMB_RATE_MAX_M_S, volume.climb_acceleration_m_s2, volume.climb_response_s))
+        vehicles = [scenario.pursuers] * scenario.pursuers.count + [scenario.evader]
+        self._rates = np.array([(-one.climb_rate_max_m_s, one.sink_rate_max_m_s) for one in vehicles])
+        fastest = float(np.abs(self._rates).max())
+        self._climb = np.array((fastest, volume.climb_acceleration_m_s2, volume.climb_response_s))
         self._wanted = np.zeros(self._commands.shape[:2])
         self._tell()
 
@@ -35,7 +38,8 @@ class VolumeWorld(World):
     def advance(self, tick: int, decisions: list[Decision]) -> int:
         """Everything through control period `tick`: code of the event that ended the episode in it, or FLYING."""
         self._take(tick, decisions)
-        self._wanted[:, tick % self._wanted.shape[1]] = [float(decision.velocity_ned_m_s[2]) for decision in decisions]
+        down = [float(decision.velocity_ned_m_s[2]) for decision in decisions]
+        self._wanted[:, tick % self._wanted.shape[1]] = np.clip(down, self._rates[:, 0], self._rates[:, 1])
         outcome = advance_in_space(
             self.record,
             self.vehicles,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from flightapp.core.angles import wrap_pi
+from flightapp.core.types import Limits
 from flightapp.sim.fault_campaign.trace import Finding, SentSetpoint, Trace, VehicleTrace
 
 PAUSE_S = 0.5
@@ -45,7 +46,7 @@ def _of(one: VehicleTrace) -> Iterator[Finding]:
     speed_max = min(one.limits.speed_max_m_s, one.vehicle.speed_max_m_s or math.inf)
     before: SentSetpoint | None = None
     for sent in one.setpoints:
-        texts = [*_speeds(sent, speed_max, one.limits.climb_rate_max_m_s)]
+        texts = [*_speeds(sent, speed_max, one.limits)]
         if before is not None and 0.0 < sent.t_s - before.t_s <= PAUSE_S:
             texts += _changes(one, before, sent)
         for text in texts:
@@ -55,14 +56,16 @@ def _of(one: VehicleTrace) -> Iterator[Finding]:
         before = sent
 
 
-def _speeds(sent: SentSetpoint, speed_max_m_s: float, climb_rate_max_m_s: float) -> Iterator[str]:
+def _speeds(sent: SentSetpoint, speed_max_m_s: float, limits: Limits) -> Iterator[str]:
     north, east, down = sent.velocity_ned_m_s
     if not math.isfinite(north + east + down + sent.yaw_rad):
         yield "a setpoint that is not finite"
     if math.hypot(north, east) > speed_max_m_s * SLACK:
         yield f"setpoint of {math.hypot(north, east):.2f} m/s, limit {speed_max_m_s:g} m/s"
-    if abs(down) > climb_rate_max_m_s * SLACK:
-        yield f"climb rate of {-down:.2f} m/s, limit {climb_rate_max_m_s:g} m/s"
+    if -down > limits.climb_rate_max_m_s * SLACK:
+        yield f"climb rate of {-down:.2f} m/s, limit {limits.climb_rate_max_m_s:g} m/s"
+    if down > limits.sink_rate_max_m_s * SLACK:
+        yield f"sink rate of {down:.2f} m/s, limit {limits.sink_rate_max_m_s:g} m/s"
 
 
 def _changes(one: VehicleTrace, before: SentSetpoint, sent: SentSetpoint) -> Iterator[str]:
