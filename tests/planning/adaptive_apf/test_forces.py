@@ -11,8 +11,11 @@ from hypothesis import strategies as st
 
 from flightapp.core.types import Array, Limits
 from flightapp.planning.adaptive_apf.field import (
+    COURSE,
     FIELD_SIZE,
     FORCE,
+    GAIN,
+    REACH_OUT,
     TRACK_COLUMNS,
     braking_m_s2,
     passing_side,
@@ -126,6 +129,53 @@ def test_closest_approach_is_the_least_distance(line_of_sight: Array, relative: 
         assert closest_approach(*line_of_sight.tolist(), *(relative + 1e-4 * side).tolist())[4] >= size - 1e-9
 
 
+def test_where_nothing_closes_in_there_is_no_collision_course() -> None:
+    assert closest_approach(4.0, 3.0, 0.0, 0.0, 0.0, 0.0) == (0.0, 4.0, 3.0, 0.0, 5.0)  # the same velocity
+    assert closest_approach(4.0, 3.0, 0.0, -1.0, 0.0, 0.0)[0] == 0.0  # apart
+    same = Sphere(3.0, 0.2, 0.0, 1.0, (2.0, 0.0, 0.0))
+    out = forces([same], np.zeros(3), np.array((2.0, 0.0, 0.0)), np.array((20.0, 0.0, 0.0)), gains())
+    assert out[COURSE] == 0.0
+
+
+def test_the_force_leads_to_the_goal_along_the_last_metre_and_vanishes_only_there() -> None:
+    goal, beside = np.array((10.0, 0.0, 0.0)), Sphere(10.6, 1.1, 0.0, 0.5)
+    for away_m in np.linspace(0.05, 1.0, 20):
+        force = forces([beside], goal - np.array((away_m, 0.0, 0.0)), np.zeros(3), goal, gains())[FORCE : FORCE + 3]
+        assert force[0] > 0.5 * 1.5 * away_m
+        stuck = forces([beside], goal - np.array((away_m, 0.0, 0.0)), np.zeros(3), goal, gains(modules=""))[FORCE : FORCE + 3]
+        assert np.linalg.norm(stuck - force) > 0.0
+    assert np.abs(forces([beside], goal, np.zeros(3), goal, gains())[FORCE : FORCE + 3]).max() < 1e-9
+
+
+@pytest.mark.parametrize("centre", [(0.0, 0.0, 0.0), (0.0, 0.0, -1.0)])
+@pytest.mark.parametrize("radius_m", [0.0, 1.0])
+def test_on_a_centre_or_an_axis_the_force_is_finite_and_always_the_same(centre: tuple[float, ...], radius_m: float) -> None:
+    shapes: list[Shape] = [Sphere(*centre, radius_m), Cylinder(0.0, 0.0, radius_m, -3.0, 3.0)]
+    one, two = (forces(shapes, np.zeros(3), np.zeros(3), np.array((5.0, 0.0, 0.0)), gains()) for _ in range(2))
+    assert np.isfinite(one[:6]).all()
+    np.testing.assert_array_equal(one, two)
+
+
+def test_the_angle_to_a_body_that_stands_or_of_a_vehicle_that_does_is_a_right_one() -> None:
+    for vehicle, body in (((3.0, 0.0, 0.0), (0.0, 0.0, 0.0)), ((0.0, 0.0, 0.0), (-1.0, 0.0, 0.0))):
+        sphere = Sphere(2.0, 0.0, 0.0, 1.0, body)
+        out = forces([sphere], np.zeros(3), np.array(vehicle), np.array((20.0, 0.0, 0.0)), gains())
+        assert abs(out[GAIN]) == speed_gain(out[REACH_OUT], 90.0, 0.0)
+
+
+def test_what_is_beyond_the_farthest_reach_changes_nothing() -> None:
+    generator = np.random.default_rng(4)
+    near: list[Shape] = [Sphere(3.0, 1.0, 0.0, 1.0), Sphere(-2.0, -4.0, 1.0, 0.5)]
+    angles = generator.uniform(0.0, 2.0 * math.pi, 80)
+    far: list[Shape] = [Sphere(30.0 * math.cos(a), 30.0 * math.sin(a), 0.0, 1.0) for a in angles]
+    here, velocity, goal = np.zeros(3), np.array((2.0, 0.0, 0.0)), np.array((20.0, 0.0, 0.0))
+    np.testing.assert_allclose(
+        forces(far + near, here, velocity, goal, gains(horizon_s=3.0))[:6],
+        forces(near, here, velocity, goal, gains(horizon_s=3.0))[:6],
+        rtol=1e-12,
+    )
+
+
 def test_head_on_everybody_passes_on_the_same_hand() -> None:
     assert passing_side(0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 1.0) == (0.0, 1.0, 0.0)  # northwards: to the east, the right
     assert passing_side(0.0, 0.0, 0.0, 0.0, -3.0, 0.0, 1.0) == (0.0, -1.0, 0.0)
@@ -169,6 +219,9 @@ def test_braking_stops_within_the_room_and_never_drives_on() -> None:
     assert braking_m_s2(-2.0, 4.5, 2.0, 1.0, 1.0, used) == 0.0
     assert braking_m_s2(2.0, 4.5, 2.0, math.cos(0.25 * math.pi), 1.0, used) == 0.0
     assert braking_m_s2(6.0, 0.0, 6.0, 1.0, 1.0, used) == used.braking_m_s2
+    for closing, gap, speed, ahead in np.random.default_rng(1).uniform(-7.0, 7.0, (200, 4)):
+        deceleration = braking_m_s2(closing, gap, abs(speed), ahead / 7.0, 1.0, used)
+        assert 0.0 <= deceleration <= used.braking_m_s2
 
 
 @FEW

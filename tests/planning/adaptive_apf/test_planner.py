@@ -12,7 +12,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightapp.core.errors import InputError
-from flightapp.core.types import Array, Boundary, Decision, Limits, Observation, ObstacleSet, TargetTrack, VehicleState
+from flightapp.core.types import (
+    Array,
+    Boundary,
+    Decision,
+    Limits,
+    Observation,
+    ObstacleSet,
+    TargetTrack,
+    TeamMember,
+    VehicleState,
+)
 from flightapp.planning.api import BLOCKED, NEEDS_HELP, STATE_LOST, STUCK, Planner
 from flightapp.planning.registry import make_planner
 from flightapp.space.shapes import bodies_of_discs
@@ -99,7 +109,37 @@ def test_commands_are_finite_and_within_the_limits_whatever_is_seen(seed: int, n
         assert np.isfinite(decision.yaw_rad)
         assert np.linalg.norm(command) <= LIMITS.speed_max_m_s + 1e-9
         assert np.linalg.norm(command - velocity) <= LIMITS.acceleration_max_m_s2 * PERIOD_S + 1e-9
+        if not decision.diagnostics.get("filtered", True) and np.linalg.norm(velocity) > 0.01 < np.linalg.norm(command):
+            cosine = velocity @ command / np.linalg.norm(velocity) / np.linalg.norm(command)
+            assert math.acos(min(1.0, cosine)) <= LIMITS.yaw_rate_max_rad_s * PERIOD_S + 1e-6
         velocity = command
+
+
+def test_a_teammate_that_is_not_heard_of_grows_and_so_does_an_obstacle_that_moves() -> None:
+    place, none = np.array((0.0, 0.0, -3.0)), np.zeros((0, 7))
+    moving = disc(12.0, 0.0, 0.5)
+    moving[4] = 1.0
+
+    def gap_m(age_s: float, *, mate: bool) -> object:
+        now = seen(5.0, place, np.zeros(3), np.array((0.0, -30.0, -3.0)), none)
+        if mate:
+            state = VehicleState(5.0 - age_s, np.array((8.0, 0.0, -3.0)), np.zeros(3), 0.0)
+            now = replace(now, team=(TeamMember("p2", state, "pursue", None, age_s),))
+        else:
+            now = replace(now, obstacles=ObstacleSet(5.0 - age_s, np.array([moving]), np.zeros((0, 2))))
+        return planner().step(now).diagnostics["clearance_m"]
+
+    for is_mate in (True, False):
+        gaps = [gap_m(age_s, mate=is_mate) for age_s in (0.0, 1.0, 1.5)]
+        assert gaps[0] > gaps[2]  # type: ignore[operator]
+        assert gaps[2] is not None
+
+
+def test_with_no_force_at_all_it_stands() -> None:
+    here = np.array((3.0, 4.0, -3.0))
+    rule = {"mode": "first", "radius_m": 0.4, "hold_radius_m": 0.4}
+    decision = planner(capture=rule).step(seen(0.0, here, np.zeros(3), here, np.zeros((0, 7))))
+    assert not decision.velocity_ned_m_s.any()
 
 
 def test_a_trapped_vehicle_escapes_with_module_b_only_and_the_same_way_every_time() -> None:
