@@ -115,6 +115,10 @@ class EncirclementParameters(StrategyParameters):
     """Weight of the mean squared jerk."""
     goal_weight: float = Field(default=1.0, gt=0)
     """Weight of the mean squared distance to the goal."""
+    primitive_lead_s: float = Field(default=3.0, ge=0)
+    """A motion leads to where the evader's velocity takes the goal in this time."""
+    primitive_lag_s: float = Field(default=0.0, ge=0)
+    """Lag of a velocity loop that takes no acceleration: the commanded velocity is ahead by what that makes of it."""
 
     @field_validator("polygons_m")
     @classmethod

@@ -105,7 +105,7 @@ class EncirclementPlanner:
         if self._parameters.deadlock and mode == ENCIRCLE:
             goal, way = self._standstill.goal(moment, goal, encircled=hull_m < 0.0)
         drift = (0.0, 0.0) if mode == SEARCH else evader.velocity
-        motion = self._motion(situation, self._wish(situation, drift, goal), goal)
+        motion = self._motion(situation, self._wish(situation, drift, goal), self._place_to_rest(moment, drift, goal))
         diagnostics: dict[str, object] = {
             "stage": mode,
             "target_distance_m": float(distances[0]),
@@ -146,14 +146,22 @@ class EncirclementPlanner:
         e = gain * (goal[1] - situation.own[1]) + share * drift[1]
         return limited((n, e), self._limits.speed_max_m_s) if math.hypot(n, e) > AT_THE_GOAL_M else (0.0, 0.0)
 
+    def _place_to_rest(self, moment: Moment, drift: Point, goal: Point) -> Point:
+        """Where a motion to rest leads: to where the goal will be, for one that rests where it is now lags behind for ever."""
+        lead_s = self._parameters.primitive_lead_s
+        if self._parameters.vehicle != "triple-integrator" or drift == (0.0, 0.0):
+            return goal
+        return moment.safe((goal[0] + lead_s * drift[0], goal[1] + lead_s * drift[1]))
+
     def _gain_1_s(self, situation: Situation) -> float:
         return self._parameters.approach_gain_1_s or (1.0 / situation.period_s if self._at_once else APPROACH_GAIN_1_S)
 
     def _motion(self, situation: Situation, wish: Point, goal: Point) -> Motion:
-        """What the vehicle can fly of it, as it can."""
+        """What the vehicle can fly of it, as it can; `goal`: where a motion to rest leads."""
         if self._parameters.vehicle == "triple-integrator":
             velocity, acceleration, source = self._primitives.step(situation, goal)
-            n, e = velocity.tolist()
+            n, e = (velocity + self._parameters.primitive_lag_s * acceleration).tolist()
+            n, e = limited((n, e), self._limits.speed_max_m_s)
             return Motion((n, e), self._yaw_rad(situation, (n, e)), acceleration, source)
         held = self._held(situation, wish)
         if self._parameters.vehicle == "unicycle":

@@ -19,8 +19,14 @@ from flightapp.planning.plane import Point
 
 DURATIONS_S: Array = np.linspace(0.4, 4.0, 19)
 """Of the motions that are tried."""
-PULLS: Array = np.power(0.75, np.arange(9.0))
-"""Shares of the way to the goal, tried from the longest."""
+REACH_SHARE = 0.6
+"""The farthest rest that is reached at no more than top speed: this share of top speed times the longest duration."""
+PULLS: Array = np.append(1.0, 1.0 - 0.9 * 0.75 ** np.arange(11.0, -1.0, -1.0))
+"""Shares of the way to the goal, no farther than reached, tried from the longest.
+
+Renewed every period, the motion to the share p is flown at p times top speed; from that speed the share p + (1 - p) / 3 can be
+reached, so the next is less than that: steps as even as on the way to near goals would end the acceleration early.
+"""
 SAMPLES: Array = np.linspace(0.0625, 0.9375, 8)
 """Where a motion's distance to the goal is looked at, as shares of its duration."""
 NEW, KEPT, BRAKING = "new", "kept", "braking"
@@ -123,7 +129,10 @@ class Primitives:
         self, t_s: float, position: Array, velocity: Array, acceleration: Array, goal: Array, planes: Array
     ) -> Primitive | None:
         """The cheapest motion that is allowed, of those that lead farthest; None where none is."""
-        goals = position + PULLS[:, None] * (goal - position)
+        reach_m = REACH_SHARE * self._limits.speed_max_m_s * float(DURATIONS_S[-1])
+        way = goal - position
+        way *= min(1.0, reach_m / max(float(np.hypot(*way)), 1e-9))
+        goals = position + PULLS[:, None] * way
         powers = to_rest(position, velocity, acceleration, goals, DURATIONS_S)
         allowed = self._allowed(powers, DURATIONS_S, position, planes)
         if not allowed.any():

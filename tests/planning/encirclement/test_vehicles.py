@@ -156,6 +156,37 @@ def test_vehicles_with_jerk_encircle_within_their_limits_and_keep_clear() -> Non
     assert "new" in sources
 
 
+def left_after_chase_m(**parameters: object) -> float:
+    """How far behind an evader at 0.8 m/s a vehicle with jerk is that began 4 m behind it, after 20 s."""
+    planner = pursuer(vehicle="triple-integrator", limits=HEAVY, **parameters)
+    assert isinstance(planner, EncirclementPlanner)
+    place, velocity, evader = np.zeros(2), np.zeros(2), np.array((4.0, 0.0))
+    for tick in range(200):
+        t_s = PERIOD_S * tick
+        planner.step(observation(place, [], evader, t_s=t_s, velocity=tuple(velocity), evader_velocity=(0.8, 0.0)))
+        current = planner._primitives.current
+        assert current is not None
+        place, velocity = current.at(t_s + PERIOD_S), current.at(t_s + PERIOD_S, 1)
+        evader = evader + PERIOD_S * np.array((0.8, 0.0))
+    return math.dist(place, evader)
+
+
+def test_a_vehicle_with_jerk_keeps_up_with_an_evader_that_runs() -> None:
+    assert left_after_chase_m() < 3.5
+    assert left_after_chase_m(primitive_lead_s=0.0) > 6.0, "who would rest where the goal is now is left behind"
+
+
+def test_a_velocity_loop_that_lags_is_commanded_ahead() -> None:
+    def commanded(lag_s: float) -> tuple[np.ndarray, np.ndarray]:
+        planner = pursuer(vehicle="triple-integrator", limits=HEAVY, primitive_lag_s=lag_s)
+        decision = planner.step(observation((0.0, 0.0), [], (9.0, 0.0)))
+        assert decision.acceleration_ned_m_s2 is not None
+        return decision.velocity_ned_m_s, decision.acceleration_ned_m_s2
+
+    velocity, acceleration = commanded(0.0)
+    assert commanded(0.2)[0] == pytest.approx(velocity + 0.2 * acceleration)
+
+
 def test_multirotors_that_answer_late_keep_clear_at_full_speed() -> None:
     assert least_lagged_gap() > 0.2
     assert least_lagged_gap(response_lag_s=0.0, reaction_s=0.0) < 0.1, "those who do not know their lag eat up the margin"
