@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from flightapp.core.types import Array, ObstacleSet, TargetTrack, TeamMember, VehicleState
-from flightapp.sim.batch.advance import DOWN_M
 from flightapp.sim.batch.moving_discs import disc_at
+from flightapp.sim.batch.period import DOWN_M
 from flightapp.sim.batch.scenario import Scenario
 from flightapp.sim.batch.world import World
 from perception.geometry import CameraMounting, camera_pose

@@ -24,3 +24,13 @@ def disc_at(discs: Array, k: int, area: Array, t_s: float) -> tuple[float, float
     n, vn = _to_and_fro(discs[k, 0], discs[k, 3], area[0], area[1], t_s)
     e, ve = _to_and_fro(discs[k, 1], discs[k, 4], area[2], area[3], t_s)
     return n, e, vn, ve
+
+
+@compiled("UniTuple(f8,4)(f8[:,::1],i8,b1,f8[::1],f8,f8)")
+def disc_way(discs: Array, k: int, moves: bool, area: Array, from_s: float, to_s: float) -> tuple[float, float, float, float]:
+    """North and east of disc `k` at `from_s` and at `to_s`; where it `moves` not, it is where its row says."""
+    if not moves:
+        return discs[k, 0], discs[k, 1], discs[k, 0], discs[k, 1]
+    from_n, from_e, _, _ = disc_at(discs, k, area, from_s)
+    to_n, to_e, _, _ = disc_at(discs, k, area, to_s)
+    return from_n, from_e, to_n, to_e

@@ -6,8 +6,8 @@ import numpy as np
 
 from flightapp.core.types import Array, TargetTrack
 from flightapp.estimation.target_filter import TargetFilter
-from flightapp.sim.batch.advance import DOWN_M
 from flightapp.sim.batch.noise import normal
+from flightapp.sim.batch.period import DOWN_M
 from flightapp.sim.batch.scenario import Scenario
 
 SIGMA_MIN = 0.01

@@ -8,8 +8,9 @@ import numpy as np
 
 from flightapp.core.types import Decision, ObstacleSet, VehicleState
 from flightapp.planning.plane import segments
-from flightapp.sim.batch.advance import DOWN_M, advance, keep_pose
+from flightapp.sim.batch.advance import advance
 from flightapp.sim.batch.families.layout import Layout
+from flightapp.sim.batch.period import DOWN_M, keep_pose
 from flightapp.sim.batch.records import (
     COLLIDED_WITH,
     frame_records,

@@ -1,4 +1,4 @@
-"""One control period in space: the planar motion of `batch.advance`, climb and sink beside it, contact and capture in space."""
+"""One control period in space: the planar motion of `batch.period`, climb and sink beside it, contact and capture in space."""
 
 from __future__ import annotations
 
@@ -9,30 +9,9 @@ from numpy.typing import NDArray
 from flightapp.core.compiled import compiled
 from flightapp.core.types import Array
 from flightapp.planning.boundary import NEVER
-from flightapp.sim.batch.advance import (
-    _cut_short,
-    _first_crossing,
-    _measure_jerk,
-    _measure_turning,
-    _move,
-    _select,
-    keep_pose,
-)
-from flightapp.sim.batch.moving_discs import disc_at
-from flightapp.sim.batch.records import (
-    CAPTURED,
-    COLLIDED,
-    ESCAPED,
-    FLYING,
-    FRAME_TYPE,
-    OBSTACLE,
-    PAIR_TYPE,
-    TEAMMATE,
-    VEHICLE_TYPE,
-    WORLD_TYPE,
-    Records,
-)
-from flightapp.sim.batch.surrounding import measure_encirclement
+from flightapp.sim.batch.moving_discs import disc_way
+from flightapp.sim.batch.period import end_period, end_within, first_crossing, first_event, keep_pose, move, select_near
+from flightapp.sim.batch.records import FLYING, FRAME_TYPE, PAIR_TYPE, VEHICLE_TYPE, WORLD_TYPE, Records
 from flightapp.sim.batch.volume.contact import cylinder_contact, first_within_reach, nearest_m
 
 _ROWS = numba.float64[:, ::1]
@@ -98,10 +77,7 @@ def _obstacle_contact(
         bd = ad + share * (heights[i, DOWN] - ad)
         for c in range(counts[i]):
             k = near[i, c]
-            from_n, from_e, to_n, to_e = discs[k, 0], discs[k, 1], discs[k, 0], discs[k, 1]
-            if k < w.moving:
-                from_n, from_e, _, _ = disc_at(discs, k, area, start_s)
-                to_n, to_e, _, _ = disc_at(discs, k, area, start_s + span_s)
+            from_n, from_e, to_n, to_e = disc_way(discs, k, k < w.moving, area, start_s, start_s + span_s)
             gap, touched = cylinder_contact(
                 an - from_n, ae - from_e, ad, bn - to_n, be - to_e, bd,
                 discs[k, 2] + body, discs[k, TOP] - body, discs[k, BOTTOM] + body,
@@ -172,41 +148,24 @@ def advance_in_space(
     walls, and the first contact captures. Ties: collision, capture, crossing.
     """
     w = world[0]
-    outcome = FLYING
-    _select(world, vehicles, frames, air, discs, near, counts)
+    select_near(world, vehicles, frames, air, discs, near, counts)
     for j in range(w.sub_steps):
         step = w.tick * w.sub_steps + j
         start_s = step * w.sub_step_s
-        _move(world, vehicles, frames, air, commands, step)
+        move(world, vehicles, frames, air, commands, step)
         _climb(world, vehicles, frames, heights, climb, wanted, step)
-        clearance, first = _obstacle_contact(world, vehicles, frames, heights, discs, area, near, counts, start_s, 1.0, True)
-        separation, touch = _teammate_contact(vehicles, frames, heights, w.separation, 1.0)
-        if first <= 1.0:
-            outcome, w.collided_with = COLLIDED, OBSTACLE
-        if touch < first:
-            first, outcome, w.collided_with = touch, COLLIDED, TEAMMATE
+        clearance, touched = _obstacle_contact(world, vehicles, frames, heights, discs, area, near, counts, start_s, 1.0, True)
+        separation, met = _teammate_contact(vehicles, frames, heights, w.separation, 1.0)
         captured = _first_capture(vehicles, heights, w.radius)
-        if captured < first:
-            first, outcome = captured, CAPTURED
-        crossed = _first_crossing(vehicles, sides)
-        if crossed < first:
-            first, outcome = crossed, ESCAPED
+        outcome, first = first_event(world, touched, met, captured, first_crossing(vehicles, sides))
         if outcome != FLYING:
             w.clearance = _obstacle_contact(world, vehicles, frames, heights, discs, area, near, counts, start_s, first, False)[0]
             w.separation = _teammate_contact(vehicles, frames, heights, w.separation, first)[0]
-            _cut_short(vehicles, first)
+            end_within(world, vehicles, j, first)
             for i in range(len(vehicles)):
                 heights[i, DOWN] = heights[i, BEFORE] + first * (heights[i, DOWN] - heights[i, BEFORE])
-            w.end_s = start_s + first * w.sub_step_s
-            measure_encirclement(world, vehicles, w.end_s, w.end_s - w.tick * w.sub_steps * w.sub_step_s)
-            if outcome != COLLIDED:
-                w.collided_with = 0
             return outcome
         w.clearance, w.separation = clearance, separation
         keep_pose(vehicles, poses, step + 1)
-    w.tick += 1
-    w.end_s = w.tick * w.sub_steps * w.sub_step_s
-    _measure_jerk(vehicles, w.sub_steps * w.sub_step_s)
-    _measure_turning(vehicles, frames)
-    measure_encirclement(world, vehicles, w.end_s, w.sub_steps * w.sub_step_s)
-    return outcome
+    end_period(world, vehicles, frames)
+    return FLYING
