@@ -1,7 +1,7 @@
 """The one clearance function: planner, supervisor, metrics and tests all measure distance here.
 
 Clearance is the distance from the surface of a body (disc of `body_radius_m`) to the surface of a disc; negative means
-overlap. Everything is planar (north, east).
+overlap. Everything is planar (north, east), where it does not say that it is in space.
 
 The compiled functions are for kernels, which inline them; those on arrays are the same in NumPy.
 """
@@ -51,6 +51,19 @@ def clearance_m(point_m: Array, discs: Array, body_radius_m: float) -> float:
     if len(discs) == 0:
         return NO_OBSTACLE_M
     return float(disc_clearances_m(point_m, discs, body_radius_m).min())
+
+
+def clearance_in_space_m(point_ned_m: Array, discs: Array, body_radius_m: float) -> float:
+    """Smallest clearance of a body at `point_ned_m` (3,) to `discs` (n, 7) with their heights; NO_OBSTACLE_M without discs.
+
+    Beside a disc, and where its height is unknown, the planar one; above and below it the body is a ball.
+    """
+    if len(discs) == 0:
+        return NO_OBSTACLE_M
+    beside = np.hypot(discs[:, 0] - point_ned_m[0], discs[:, 1] - point_ned_m[1]) - discs[:, 2]
+    past = np.maximum(discs[:, 5] - point_ned_m[2], point_ned_m[2] - discs[:, 6])
+    gaps = np.where(past > 0.0, np.hypot(np.maximum(beside, 0.0), past), beside)
+    return float((gaps - body_radius_m).min())
 
 
 def closest_approach_m(start_m: Array, end_m: Array) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 import psutil
 
-from flightapp.core.clearance import NO_OBSTACLE_M, clearance_m
+from flightapp.core.clearance import NO_OBSTACLE_M, clearance_in_space_m
 from flightapp.core.types import Decision, Observation, ObstacleSet, Setpoint, TargetTrack, VehicleState
 from flightapp.fleet.messages.command import Command
 from flightapp.planning.api import NEEDS_HELP
@@ -322,7 +322,7 @@ class ControlLoop:
         if rooms.tracker is not None:
             rooms.tracker.note(setpoint)
         self._guards = tuple(name for name, _ in supervised.acting)
-        clearance = clearance_m(own.position_ned_m[:2], self._obstacles.discs, rooms.limits.body_radius_m)
+        clearance = clearance_in_space_m(own.position_ned_m, self._obstacles.discs, rooms.limits.body_radius_m)
         self._clearance_m = None if clearance >= NO_OBSTACLE_M else clearance
         frame_s = None if self._last_frame is None else self._obstacles.t_s
         rooms.journal.setpoint(wish, setpoint, frame_s, new_frame, supervised.acting, self._clearance_m, sent_s)

@@ -125,7 +125,7 @@ class VolumePlanner:
         return min(1.0, max(0.0, (allowed + flees) / along))
 
     def _is_captured(self, observation: Observation, target: TargetTrack | None, decision: Decision) -> bool:
-        """The capture condition with height: the planar one, and the evader within reach in space."""
+        """The capture condition with height: the planar one, and the evader within reach of all of the team in space."""
         rule, before = self._parameters.capture, self._offset_m
         holds = False
         self._offset_m = None
@@ -134,7 +134,9 @@ class VolumePlanner:
             if rule.mode == "first":
                 holds = closest_approach_m(offset if before is None else before, offset)[0] <= rule.radius_m
             else:
-                holds = decision.diagnostics["encircled"] is True and float(np.linalg.norm(offset)) <= rule.zone_m
+                places = (observation.own, *(member.state for member in observation.team))
+                reach = max(float(np.linalg.norm(one.position_ned_m - target.position_ned_m)) for one in places)
+                holds = decision.diagnostics["encircled"] is True and reach <= rule.zone_m
         self._dwell_since_s = dwell_since_s(self._dwell_since_s, observation.t_s, holds)
         if not holds:
             self._planar.missed()
