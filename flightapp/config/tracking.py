@@ -17,9 +17,9 @@ class Tracking(Strict):
     output: Literal["acceleration", "velocity"] = "acceleration"
     """Fed forward beside the decided velocity, or as another velocity setpoint for autopilots that take no acceleration."""
     velocity_gain_1_s: float = Field(default=1.8, gt=0, le=10)
-    """Acceleration per velocity error of the autopilot's loop: PX4's MPC_XY_VEL_P_ACC."""
+    """Acceleration per velocity error of the autopilot's loop, where it does not answer for its MPC_XY_VEL_P_ACC."""
     vertical_gain_1_s: float = Field(default=4.0, gt=0, le=20)
-    """PX4's MPC_Z_VEL_P_ACC."""
+    """The same for MPC_Z_VEL_P_ACC."""
     derivative_1_s: float = Field(default=4.0, gt=0, le=10)
     """Acceleration per velocity error of `aadrc-smc`."""
     switching_m_s2: float = Field(default=2.0, ge=0, le=10)

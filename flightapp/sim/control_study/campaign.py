@@ -134,6 +134,6 @@ def _write(study: ControlStudy, finished: FinishedStudy) -> None:
     title = f"{setting.name}, {setting.way}, seed {shown.seed}, {REAL_PLANT.name}"
     pictures = {"control": draw_study(traces, course, title), "tracking": draw_tracking(traces, title)}
     if OURS in traces:
-        pictures["formation"] = draw_formation(traces[OURS], course, f"{OURS}: {title}")
+        pictures["formation"] = draw_formation(traces[OURS], course, f"{OURS}, seed {shown.seed}")
     for name, picture in pictures.items():
         write_whole(finished.folder / f"{name}.png", picture)

@@ -26,8 +26,10 @@ class Plant:
     delay_steps: int
 
 
-IDEAL_PLANT = Plant("1 kHz, ideal", 1, 0.0, 0)
-REAL_PLANT = Plant("50 Hz, lag 0.1 s + 20 ms", 20, 0.1, 20)
+IDEAL_PLANT = Plant("1 kHz", 1, 0.0, 0)
+"""The source's double integrator."""
+REAL_PLANT = Plant("50 Hz, lag", 20, 0.1, 20)
+"""A vehicle under PX4: 0.1 s of lag and 20 ms of delay."""
 PLANTS = (IDEAL_PLANT, REAL_PLANT)
 
 
