@@ -71,7 +71,7 @@ class Ingress:
         return await self._pace.computed(self._ways.plan, "ingress", start, self._station, self._loop.obstacles, attempt)
 
     def _ends_early(self) -> str:
-        """Why the pursuit begins now; empty where it does not, or while something known is between here and the mission height."""
+        """Why the pursuit begins now; empty where it does not, or while something known lies between here and that height."""
         reason = self._evader_near() or self._team_pursues()
         if not reason or self._loop.held:
             return ""

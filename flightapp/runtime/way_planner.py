@@ -20,6 +20,7 @@ from flightapp.planning.path_planning.trajectory import FlightLimits, Trajectory
 from flightapp.runtime.composition import feeds_forward
 from flightapp.runtime.rooms import Rooms
 from flightapp.runtime.way_follower import WayFollower
+from flightapp.safety.heights import STANDS_M_S
 from flightapp.space.bodies import BOTTOM, TOP, V_DOWN, V_NORTH
 from flightapp.space.contact import first_contact
 from flightapp.space.shapes import Cylinder, OrientedBox, Shape, Sphere, bodies_of, bodies_of_discs, no_bodies
@@ -50,7 +51,7 @@ class PlannedWay:
 class WayPlanner:
     """Plans ways of one vehicle, and says which straight ways are clear of everything that is known and seen.
 
-    What is seen counts as endless in height, as for the guards: a way over it would be stopped by them.
+    What is seen to move counts as endless in height, as for the guards: a way over it would be stopped by them.
     """
 
     def __init__(self, rooms: Rooms) -> None:
@@ -122,9 +123,11 @@ class WayPlanner:
 
 
 def _standing(seen: ObstacleSet) -> Array:
+    """Rows of what is seen, where it is now."""
     discs = bodies_of_discs(seen.discs)
+    moving = np.hypot(discs[:, V_NORTH], discs[:, V_NORTH + 1]) > STANDS_M_S
+    discs[moving, TOP], discs[moving, BOTTOM] = -np.inf, np.inf
     discs[:, V_NORTH : V_DOWN + 1] = 0.0
-    discs[:, TOP], discs[:, BOTTOM] = -np.inf, np.inf
     return discs
 
 

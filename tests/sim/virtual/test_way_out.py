@@ -90,14 +90,14 @@ def test_a_person_stops_it_on_the_way_out_and_lets_it_go_on_and_a_pilot_takes_it
     def during(flight: Flight, one: VirtualVehicle) -> None:
         if begun_s[0] == math.inf and one.loop.is_detoured and not one.loop.is_standing:
             begun_s[0] = flight.now_s
-        for action, at_s in (("hold", 3.0), ("resume", 8.0), ("pilot", 10.0)):
+        for action, at_s in (("hold", 3.0), ("resume", 6.5), ("pilot", 10.0)):
             if flight.now_s > begun_s[0] + at_s and action not in at:
                 at[action] = one.position_ned_m
                 if action == "pilot":
                     one.station.core.pilot_takes(Mode.POSCTL)
                 else:
                     flight.command(action)
-        if 6.5 < flight.now_s - begun_s[0] < 8.0:
+        if 5.8 < flight.now_s - begun_s[0] < 6.5:
             held.append(float(np.linalg.norm(one.velocity_ned_m_s)))
         if flight.now_s > begun_s[0] + 13.0:
             flight.fleet.stop()
