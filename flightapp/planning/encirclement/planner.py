@@ -190,7 +190,7 @@ class EncirclementPlanner:
 
     def _flags(self, situation: Situation, moment: Moment | None, *, crowded: bool) -> list[str]:
         """What is not as the method wants it, by name."""
-        flags = list(self._looking.walls.warnings)
+        flags = [*self._looking.walls.warnings, *situation.flags]
         if situation.plane_count and situation.planes[: situation.plane_count, 2].min() < VIOLATED_M:
             flags.append("violation")
         if moment is not None:

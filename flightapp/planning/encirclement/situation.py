@@ -21,6 +21,8 @@ Mask = NDArray[np.bool_]
 DISC_SHARE, MATE_SHARE = 1.0, 0.5
 """Of the room before it that is one's own."""
 EDGES = 4
+MOVING_M_S = 0.1
+"""A disc that is faster is a moving obstacle, and told as one."""
 FORGOTTEN_S = 10.0
 """A teammate's last place is kept clear of no longer than this."""
 
@@ -67,6 +69,8 @@ class Situation:
     held_count: int
     """So many rows of `planes` limit the velocity: for a vehicle with lag also the obstacles' from where it is now."""
     mate_modes: tuple[str, ...]
+    flags: tuple[str, ...]
+    """What of it is not as the method wants it."""
 
 
 class Looking:
@@ -120,7 +124,19 @@ class Looking:
             plane_count=filled,
             held_count=held,
             mate_modes=tuple(mate.mode for mate in mates),
+            flags=self._flags(evader, mates, observation.obstacles.discs),
         )
+
+    def _flags(self, evader: Evader | None, mates: list[Mate], discs: Array) -> tuple[str, ...]:
+        """What of the observation the method does not count with, by name."""
+        flags = []
+        if evader is not None and evader.age_s > self._parameters.target_stale_s:
+            flags.append("evader unseen")
+        if any(mate.age_s > self._parameters.mate_stale_s for mate in mates):
+            flags.append("teammate unheard")
+        if discs.size and float(np.abs(discs[:, 3:5]).max()) > MOVING_M_S:
+            flags.append("moving obstacle")
+        return tuple(flags)
 
     def _add_from_here(self, now: Point, velocity: Point, discs: Array, filled: int) -> int:
         """The obstacles' planes from where the vehicle is: from where its lag puts it they may be turned out of its way.

@@ -33,7 +33,7 @@ class Cut:
         own: tuple[float, float],
         mates: Places,
         evader: tuple[float, float],
-        half: float,
+        half: float | tuple[float, float],
         discs: Discs = (),
         radius: float = RADIUS_M,
     ) -> None:  # type: ignore[assignment]
@@ -42,7 +42,8 @@ class Cut:
         self.planes = np.zeros((len(rows) + 1, 3))
         self.count = add_rounds(*own, rows, len(rows), self.planes, 0)
         rooms: list[Array] = [np.zeros((len(rows) + 9, 2)) for _ in range(3)]
-        self.found: Cells = cells(*own, *evader, half, half, self.planes, self.count, *rooms)
+        half_n, half_e = half if isinstance(half, tuple) else (half, half)
+        self.found: Cells = cells(*own, *evader, half_n, half_e, self.planes, self.count, *rooms)
         self.safety = rooms[0][: int(self.found.safety_corners)]
         self.target = rooms[1][: int(self.found.target_corners)]
 
@@ -74,11 +75,13 @@ def test_cells_keep_vehicles_apart_and_off_obstacles(places: Places, evader: tup
         assert found.is_valid
         assert found.convex_hull.area == pytest.approx(found.area, abs=1e-6)
         assert cut[i].target_polygon.is_empty or found.buffer(1e-6).contains(cut[i].target_polygon)
+        assert np.abs(cut[i].target - evader).max(initial=0.0) <= half + 1e-9, "the target cell is within the box"
         for n, e, radius in obstacles:
             assert found.is_empty or found.distance(shapely.Point(n, e)) >= radius + RADIUS_M - 1e-6
         for j in range(i):
             other = cut[j].safety_polygon
             assert found.is_empty or other.is_empty or found.distance(other) >= 2 * RADIUS_M - 1e-6
+    assert sum(one.found.target_area_m2 for one in cut) <= 4.0 * half * half + 1e-6
 
 
 @FEW
@@ -116,9 +119,11 @@ def test_cells_move_with_the_world(places: Places, evader: tuple[float, float], 
 
     scale = 3.0 if change == "scale" else 1.0
     mates = places[1:][::-1] if change == "relabel" else places[1:]
-    before = Cut(places[0], places[1:], evader, 11.0, obstacles).found
+    half = (7.0 * scale, 11.0 * scale)
+    before = Cut(places[0], places[1:], evader, (7.0, 11.0), obstacles).found
     there = [(*moved((n, e)), scale * r) for n, e, r in obstacles]
-    after = Cut(moved(places[0]), [moved(p) for p in mates], moved(evader), 11.0 * scale, there, radius=RADIUS_M * scale).found
+    turned = half[::-1] if change == "turn" else half
+    after = Cut(moved(places[0]), [moved(p) for p in mates], moved(evader), turned, there, radius=RADIUS_M * scale).found
     assert after.target_area_m2 == pytest.approx(before.target_area_m2 * scale**2, rel=1e-6, abs=1e-6)
     if before.target_area_m2 > 1.0:
         assert (after.centroid_n, after.centroid_e) == pytest.approx(moved((before.centroid_n, before.centroid_e)), abs=1e-6)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from flightapp.core.errors import InputError
-from flightapp.core.types import Decision, Observation
+from flightapp.core.types import Assignment, Decision, Observation
 from flightapp.planning.registry import ENCIRCLEMENT
-from tests.planning.encirclement.arena import CAPTURE, chase, member, observation, pursuer
+from tests.planning.encirclement.arena import CAPTURE, LIMITS, chase, member, observation, pursuer
 
 EVADER = (5.0, 0.0)
 OTHERS = [(0.0, 5.0), (0.0, -5.0)]
@@ -177,12 +180,31 @@ def test_a_silent_teammate_encloses_nobody() -> None:
     assert hull(0.2) < 0.0 < hull(3.0)
 
 
+def test_who_is_unheard_and_an_evader_that_is_unseen_are_told() -> None:
+    def told(mate_age_s: float, evader_age_s: float) -> list[str]:
+        ring = [member("p2", 0.0, (9.0, 5.0), age_s=mate_age_s), (9.0, -5.0)]
+        return flags(step(observation((0.0, 0.0), ring, EVADER, evader_age_s=evader_age_s)))
+
+    assert told(0.9, 0.9) == []
+    assert told(1.1, 0.9) == ["teammate unheard"]
+    assert told(0.9, 1.1) == ["evader unseen"]
+
+
+def test_a_leader_and_its_plan_change_nothing() -> None:
+    seen = observation((0.0, 0.0), OTHERS, EVADER)
+    led = replace(seen, assignment=Assignment(2.0, 9.0))
+    assert step(led).velocity_ned_m_s.tolist() == step(seen).velocity_ned_m_s.tolist()
+
+
 def test_a_moving_obstacle_is_kept_clear_of_by_what_it_may_sweep() -> None:
     def slack(speed: float) -> float:
         decision = step(observation((0.0, 0.0), OTHERS, (0.0, 1.5), [(3.0, 0.0, 0.5, -speed, 0.0)]))
         return float(decision.diagnostics["slack_m"])  # type: ignore[arg-type]
 
     assert slack(0.0) - slack(4.0) == pytest.approx(4.0 * 0.1 + 16.0 / 2000.0, abs=1e-6)
+    moving, standing = ([(9.0, 9.0, 0.5, speed, 0.0)] for speed in (0.5, 0.0))
+    assert "moving obstacle" in flags(step(observation((0.0, 0.0), OTHERS, EVADER, moving)))
+    assert "moving obstacle" not in flags(step(observation((0.0, 0.0), OTHERS, EVADER, standing)))
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
@@ -216,19 +238,42 @@ def test_what_cannot_be_is_one_clear_sentence(parameters: dict[str, object], sen
         pursuer(**parameters)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("vehicle", ["single-integrator", "multirotor"])
-def test_no_world_is_too_strange(vehicle: str) -> None:
-    random = np.random.default_rng(4)
-    planners = [pursuer(name, vehicle=vehicle) for name in ENCIRCLEMENT]
-    for k in range(120):
-        span = (0.0, 0.3, 3.0, 30.0)[k % 4]
-        places = np.round(random.uniform(-1.0, 1.0, (random.integers(1, 7), 2)) * span, 2)
-        discs = [(*random.uniform(-1.0, 1.0, 2) * span, random.uniform(0.0, 2.0)) for _ in range(random.integers(0, 6))]
+VEHICLES = ("single-integrator", "multirotor", "unicycle", "triple-integrator")
+TRIANGLE = np.array(((-1.0, -1.0), (1.0, -1.0), (0.5, 1.0)))
+AGES_S = (0.0, 0.0, 0.4, 2.0, 5.0, 20.0)
+
+
+@settings(deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_no_world_is_too_strange(seed: int) -> None:
+    """Whatever is seen, three times in a row: a finite velocity within the limit. `--hypothesis-profile=worlds`: 10 000 of it."""
+    random = np.random.default_rng(seed)
+
+    def places(count: int) -> np.ndarray:
+        return np.round(random.uniform(-1.0, 1.0, (count, 2)) * span, 2)  # rounded: some are in one place
+
+    span = random.choice((0.0, 0.1, 0.3, 3.0, 30.0))
+    known: dict[str, object] = {"vehicle": str(random.choice(VEHICLES)), "shrink": str(random.choice(("latch", "reopen", "eq8")))}
+    if random.random() < 0.3:
+        known["polygons_m"] = [(places(1) + TRIANGLE).tolist()]
+    if random.random() < 0.3:
+        known["flight_area_m"] = [-2.0, -2.0, 2.0, 2.0]
+    planner = pursuer(str(random.choice(ENCIRCLEMENT)), limits=replace(LIMITS, jerk_max_m_s3=1e4), **known)
+    team = places(random.integers(1, 8))
+    for tick in range(3):
+        discs = [(*place, random.uniform(-0.1, 2.0), *random.normal(0.0, 0.5, 2)) for place in places(random.integers(0, 6))]
         mates = [
-            member(f"p{i}", 0.0, place, age_s=random.choice((0.0, 0.4, 2.0, 5.0, 20.0))) for i, place in enumerate(places[1:])
+            member(f"p{i}", 0.0, place, tuple(random.normal(0.0, 1.0, 2)), "capture" if i == 4 else "", random.choice(AGES_S))
+            for i, place in enumerate(team[1:])
         ]
-        for planner in planners:
-            seen = observation(places[0], mates, random.uniform(-1.0, 1.0, 2) * span, discs, t_s=0.1 * k, evader_age_s=k % 12)
-            decision = planner.step(seen)
-            assert np.isfinite(decision.velocity_ned_m_s).all()
-            assert np.hypot(*decision.velocity_ned_m_s[:2]) <= 1.0 + 1e-9
+        evader = None if random.random() < 0.05 else places(1)[0]
+        velocity = tuple(random.normal(0.0, 0.5, 2))
+        seen = observation(
+            team[0], mates, evader, discs, t_s=0.1 * tick, velocity=velocity, yaw_rad=random.uniform(-4.0, 4.0),
+            evader_velocity=tuple(random.normal(0.0, 1.0, 2)), evader_age_s=random.choice(AGES_S),
+        )  # fmt: skip
+        decision = planner.step(seen)
+        assert np.isfinite(decision.velocity_ned_m_s).all()
+        assert math.isfinite(decision.yaw_rad)
+        assert np.hypot(*decision.velocity_ned_m_s[:2]) <= 1.0 + 1e-9
+        team = team + 0.1 * random.normal(0.0, 0.5, team.shape)
