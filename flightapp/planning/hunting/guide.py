@@ -28,6 +28,8 @@ from flightapp.planning.plane import Point, towards
 FAILURES_MAX = 3
 PROGRESS_SHARE = 0.2
 """Of the way at top speed: less progress than this is none."""
+LEG_SHARE = 0.05
+"""The same of the way to a key point, which is flown to along obstacles."""
 OUTSIDE = 1.01
 """Of its radius: so far from its centre is outside of a disc."""
 EDGES, EDGE_POINTS = 12, 16
@@ -48,6 +50,8 @@ class Guide:
         self._tree: Tree | None = None
         self._searches = self._failures = self._blocked_cycles = self._free_cycles = 0
         self._progress: tuple[float, float] | None = None
+        self._leg: tuple[Point, float, float] | None = None
+        """The key point that is flown to, and when it was how near, the last time that was progress."""
         self._fleeing: list[Point] = []
         self.why = ""
         self.goal_is_covered = False
@@ -72,8 +76,13 @@ class Guide:
         self._search(view, goal, standing)
         point = self._follow(view, goal, standing)
         if point is not None:
-            self.why = BLOCKED if self._failures >= FAILURES_MAX else TRAP
+            self.why = BLOCKED if self.is_blocked else TRAP
         return point
+
+    @property
+    def is_blocked(self) -> bool:
+        """Search after search has found no way."""
+        return self._failures >= FAILURES_MAX
 
     def fan_length_m(self, speed_m_s: float) -> float:
         """rho: what braking and a quarter turn need."""
@@ -82,8 +91,8 @@ class Guide:
         return max(4.0 * body, min(length, self._parameters.guidance_range_m))
 
     def _forget(self) -> None:
-        self._points, self._tree, self._progress = [], None, None
-        self._blocked_cycles = self._free_cycles = 0
+        self._points, self._tree, self._progress, self._leg = [], None, None, None
+        self._blocked_cycles = self._free_cycles = self._failures = 0
 
     def _detect(self, view: View, goal: Point, standing: Array) -> None:
         """Begin a search at a stall: all rays hit, or no progress although something stands in the way."""
@@ -161,7 +170,19 @@ class Guide:
             self._points = []
             self._begin(view, goal, standing)
             return None
+        if self._is_stuck(view, self._points[0]):
+            self._points, self._failures = [], self._failures + 1
+            self._begin(view, goal, standing)
+            return None
         return self._points[0]
+
+    def _is_stuck(self, view: View, point: Point) -> bool:
+        """Whether a key point comes no nearer, as one so close to an obstacle that the window does not let the vehicle there."""
+        distance = math.dist(view.own_m, point)
+        least = LEG_SHARE * self._limits.speed_max_m_s * self._parameters.stall_progress_s
+        if self._leg is None or self._leg[0] != point or distance <= self._leg[2] - least:
+            self._leg = point, view.t_s, distance
+        return view.t_s - self._leg[1] >= self._parameters.stall_progress_s
 
     def _flee(self, view: View, standing: Array) -> Point | None:
         """A place out of the way of what comes fast; kept until it is past."""

@@ -250,7 +250,8 @@ class HuntingPlanner:
         before, self._phase = self._phase, intent.phase
         known = rendezvous is not None
         distance = math.dist(view.own_m, intent.goal_m)
-        flags = self._status.flags(rendezvous, self._guide.goal_is_covered)
+        guide = self._guide
+        flags = self._status.flags(rendezvous, goal_is_covered=guide.goal_is_covered, is_blocked=guide.is_blocked)
         phase_news = REASONS[intent.phase] if intent.phase != before else ""
         diagnostics: dict[str, object] = {
             "stage": intent.phase,

@@ -8,7 +8,7 @@ from flightapp.core.types import Observation, Rendezvous
 from flightapp.planning.meeting import MEETING_MIN
 
 DEGRADED, UNREACHABLE, NO_QUORUM = "degraded", "unreachable", "no quorum"
-GOAL_COVERED = "goal inside an obstacle"
+GOAL_COVERED, BLOCKED = "goal inside an obstacle", "blocked"
 TOLD_AFTER_S = 1.0
 """A flag that comes or goes for less is not told: one plan more or less is no news."""
 
@@ -16,6 +16,7 @@ TEXTS = {
     DEGRADED: "degraded: fewer than three on slots cannot surround the target",
     UNREACHABLE: "unreachable: the team cannot be ahead of the target in time, and cuts it off where it is least late",
     NO_QUORUM: "no quorum: too few are heard to elect a leader, so they trail the target: others may hold the ring",
+    BLOCKED: "blocked: search after search has found no way to the slot",
     GOAL_COVERED: "the own slot is inside an obstacle: to the nearest free place",
 }
 
@@ -44,12 +45,13 @@ class Status:
         heard = 1 + sum(member.age_s <= self._stale_s for member in observation.team)
         self.lacks_quorum = self._was_led and not is_led and 2 * heard <= 1 + len(self._names)
 
-    def flags(self, rendezvous: Rendezvous | None, goal_is_covered: bool) -> list[str]:
+    def flags(self, rendezvous: Rendezvous | None, *, goal_is_covered: bool, is_blocked: bool) -> list[str]:
         """As they are now."""
         is_so = {
             DEGRADED: self._encloses and rendezvous is not None and rendezvous.slots < MEETING_MIN,
             UNREACHABLE: rendezvous is not None and not rendezvous.reachable,
             NO_QUORUM: self.lacks_quorum,
+            BLOCKED: is_blocked,
             GOAL_COVERED: goal_is_covered,
         }
         return [flag for flag, holds in is_so.items() if holds]

@@ -65,12 +65,48 @@ def test_a_vehicle_that_starts_free_never_touches_a_standing_disc(scene: list[tu
         assert all(math.hypot(a - n, b - e) > r - 0.02 for a, b, r in free)
 
 
-def test_a_mirrored_scene_gives_the_mirrored_command() -> None:
-    scene = [(5.0, 1.0, 1.0), (8.0, -3.0, 1.5)]
-    left = chosen(scene, 4.0, 0.2, (30.0, 4.0))
-    right = chosen([(n, -e, r) for n, e, r in scene], 4.0, -0.2, (30.0, -4.0))
-    assert left["first_speed"] == pytest.approx(right["first_speed"])
-    assert left["first_turn"] == pytest.approx(-right["first_turn"])
+def brakes_free(n: float, e: float, course: float, speed: float, rate: float, discs: list[tuple[float, float, float]]) -> bool:
+    """Braking at once and ending the turn, whether no disc is touched. In steps of 5 ms, not by the planner's arithmetic."""
+    dt = 0.005
+    while speed > 0.0:
+        if any(math.hypot(a - n, b - e) < r - 0.02 for a, b, r in discs):
+            return False
+        speed = max(0.0, speed - LIMITS.acceleration_max_m_s2 * PARAMETERS.braking_share * dt)
+        rate = math.copysign(max(0.0, abs(rate) - LIMITS.yaw_acceleration_max_rad_s2 * dt), rate)
+        n, e, course = n + speed * math.cos(course) * dt, e + speed * math.sin(course) * dt, course + rate * dt
+    return True
+
+
+@settings(max_examples=12, deadline=None)
+@given(discs, st.floats(0, 3))
+def test_from_every_commanded_state_it_can_brake_without_touching_anything(
+    scene: list[tuple[float, float, float]], turn: float
+) -> None:
+    free = [(n, e, r) for n, e, r in scene if math.hypot(n, e) > r + 0.3]
+    n = e = course = speed = rate = 0.0
+    for _ in range(30):
+        cos, sin = math.cos(course), math.sin(course)
+        seen = [((a - n) * cos + (b - e) * sin, (b - e) * cos - (a - n) * sin, r) for a, b, r in free]
+        aim = (30.0 * math.cos(turn) - n, 30.0 * math.sin(turn) - e)
+        got = chosen(seen, speed, rate, (aim[0] * cos + aim[1] * sin, aim[1] * cos - aim[0] * sin))
+        speed, rate = float(got["first_speed"]), float(got["first_turn"])
+        bend = rate * PERIOD_S
+        n += speed * PERIOD_S * math.cos(course + 0.5 * bend)
+        e += speed * PERIOD_S * math.sin(course + 0.5 * bend)
+        course += bend
+        assert brakes_free(n, e, course, speed, rate, free)
+
+
+@settings(max_examples=20, deadline=None)
+@given(discs, st.floats(0.5, 6.0), st.floats(0.05, 1.0), st.floats(-50, 50), st.floats(2, 50))
+def test_a_mirrored_scene_gives_the_mirrored_command(
+    scene: list[tuple[float, float, float]], speed: float, turn: float, aim_n: float, aim_e: float
+) -> None:
+    """Nothing of the scene is in line with the course: what is as good on the left as on the right may go either way."""
+    left = chosen(scene, speed, turn, (aim_n, aim_e))
+    right = chosen([(n, -e, r) for n, e, r in scene], speed, -turn, (aim_n, -aim_e))
+    assert left["first_speed"] == pytest.approx(right["first_speed"], abs=1e-9)
+    assert left["first_turn"] == pytest.approx(-right["first_turn"], abs=1e-9)
 
 
 def test_in_front_of_a_wall_it_stops_and_nothing_faster_counts() -> None:
