@@ -33,6 +33,7 @@ def check_mission_fits_profile(
             _keep_out(mission, mission_path, profile, profile_path),
             _hold_separation(mission, mission_path, profile, profile_path),
             _start_separation(mission, vehicle, f"{mission_path}: vehicles[{index}]", profile, profile_path),
+            _station_separation(mission, vehicle, f"{mission_path}: vehicles[{index}]", profile, profile_path),
         ]
     sentences = [finding for finding in findings if finding]
     if sentences:
@@ -121,3 +122,27 @@ def _start_separation(mission: Mission, vehicle: Vehicle, where: str, profile: P
                 f"safety.separation_min_m and separation_buffer_m in {profile_path}"
             )
     return ""
+
+
+def _station_separation(mission: Mission, vehicle: Vehicle, where: str, profile: Profile, profile_path: Path) -> str:
+    safety = profile.safety
+    kept = safety.separation_min_m + safety.separation_buffer_m
+    here = _waiting_place(vehicle)
+    for index, other in enumerate(mission.vehicles):
+        if other.name == vehicle.name or other.role != "pursuer" or (other.station is None and vehicle.station is None):
+            continue
+        level = abs(mission.height_of(other) - mission.height_of(vehicle)) < safety.separation_height_m
+        distance = math.dist(here, _waiting_place(other))
+        if level and distance < kept:
+            field = "start" if vehicle.station is None else "station"
+            return (
+                f"{where}.{field} = {here}: {distance:.2f} m from where vehicles[{index}] waits; must be at least {kept:.2f} m, "
+                f"safety.separation_min_m and separation_buffer_m in {profile_path}"
+            )
+    return ""
+
+
+def _waiting_place(vehicle: Vehicle) -> tuple[float, float]:
+    """(north, east) where it waits for the pursuit."""
+    place = vehicle.start if vehicle.station is None else vehicle.station
+    return place.north_m, place.east_m

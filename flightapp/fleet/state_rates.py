@@ -106,6 +106,12 @@ def fast_count(vehicles: int, state_rate_hz: float, fleet_kbit_s: float, *, clos
     return max(0, min(others, math.floor(left_kbit_s / ((state_rate_hz - slow_hz) * kbit_s))))
 
 
+def least_kbit_s(vehicles: int, state_rate_hz: float, *, closed: bool = False) -> float:
+    """What the whole fleet sends while everybody tells everybody at the slow rate: a smaller budget cannot be kept."""
+    states_kbit_s = state_rate_hz / SLOW_EVERY * STATE_PACKET_BYTES * 8e-3
+    return vehicles * (vehicles - 1) * (states_kbit_s + OTHER_BYTES_S * 8e-3) * (CLOSED_WEIGHT if closed else 1.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Rates:
     """Who is told at which rate now; whoever is in neither set at the slow one."""

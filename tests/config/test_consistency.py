@@ -78,6 +78,16 @@ CASES: dict[str, tuple[str, list[Change], list[Change], list[str]]] = {
         [],
         ["mission.toml: vehicles[0].start = (0.0, -8.0)", "1.30 m from vehicles[1]", "must be at least 1.70 m", "profile.toml"],
     ),
+    "stations closer than the separation": (
+        "p1",
+        [
+            (("ingress",), "planned"),
+            (("vehicles", 0, "station"), {"north_m": 1.0, "east_m": 1.0}),
+            (("vehicles", 1, "station"), {"north_m": 1.0, "east_m": 2.0}),
+        ],
+        [],
+        ["mission.toml: vehicles[0].station = (1.0, 1.0)", "1.00 m from where vehicles[1] waits", "must be at least 1.70 m"],
+    ),
     "a camera that the profile has not": (
         "p1",
         [],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,8 +40,8 @@ def away(north_m: float, up_m: float) -> Motion:
     return Motion(VehicleState(NOW_S, place, np.zeros(3), 0.0), 0.0, 0.0, NOW_S)
 
 
-def over(endpoint: str) -> Facts:
-    network = PROFILE.network.model_copy(update={"connect_endpoints": (endpoint,)})
+def over(endpoint: str, **changes: Any) -> Facts:
+    network = PROFILE.network.model_copy(update={"connect_endpoints": (endpoint,), **changes})
     return good_facts(profile=PROFILE.model_copy(update={"network": network}))
 
 
@@ -86,6 +87,7 @@ NOT_READY = {
     "camera restarted": (with_camera(restarts=2), "camera", Level.WARNING),
     "camera missing": (good_facts(camera=None), "camera", Level.SKIPPED if PROFILE.camera.source != "none" else Level.FAILED),
     "plain UDP": (over("udp/10.0.0.2:7447"), "fleet-links", Level.WARNING),
+    "less than the fleet sends": (over("quic/10.0.0.2:7447", fleet_kbit_s_max=1.0), "fleet-budget", Level.WARNING),
     "QUIC": (over("quic/10.0.0.2:7447"), "fleet-links", Level.PASSED),
     "on one machine": (over("udp/127.0.0.1:7447"), "fleet-links", Level.PASSED),
     "teammate not heard": (with_teammate(age_s=None), "team", Level.RUNNING),

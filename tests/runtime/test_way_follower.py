@@ -26,7 +26,7 @@ def follow(
 ) -> tuple[float, Array]:
     """A vehicle with a lag of 0.3 s follows, except while it is held; returns when it arrived or stalled, and where."""
     place, velocity, t_s = np.array((0.0, 0.0, -5.0)), np.zeros(3), 0.0
-    while t_s < until_s and not (follower.arrived or follower.is_stalled):
+    while t_s < until_s and not (follower.arrived or follower.failure):
         asked = follower.setpoint(state(t_s, place), t_s, 0.0)
         assert math.hypot(*asked.velocity_ned_m_s[:2]) <= LIMITS.speed_max_m_s + 1e-9
         assert abs(asked.velocity_ned_m_s[2]) <= LIMITS.climb_rate_max_m_s + 1e-9
@@ -57,7 +57,7 @@ def test_a_vehicle_that_is_held_up_is_waited_for_and_stays_on_its_way() -> None:
 def test_a_vehicle_that_is_held_up_for_long_is_told_from_one_that_flies() -> None:
     follower = WayFollower(WAY, LIMITS, feed_forward=True)
     t_s, place = follow(follower, held_s=(2.0, math.inf))
-    assert follower.is_stalled
+    assert follower.failure.startswith("no progress for 8 s")
     assert not follower.arrived
     assert 2.0 + STALLED_S <= t_s < 2.0 + STALLED_S + 5.0
     asked = follower.setpoint(state(t_s, place), t_s, 0.0)
@@ -72,3 +72,17 @@ def test_it_looks_where_it_flies() -> None:
         asked = follower.setpoint(state(k * PERIOD_S, moment.position_ned_m), k * PERIOD_S, 1.0)
     assert asked.yaw_rad == pytest.approx(0.0, abs=0.01)
     assert asked.acceleration_ned_m_s2 is not None
+
+
+def test_who_creeps_along_the_way_is_given_up_on_and_who_is_made_to_wait_is_not() -> None:
+    creeping, waiting = (WayFollower(WAY, LIMITS, feed_forward=False) for _ in range(2))
+    place, t_s = np.array((0.0, 0.0, -5.0)), 0.0
+    while not (creeping.failure or creeping.arrived):
+        place = place + PERIOD_S * 0.1 * creeping.setpoint(state(t_s, place), t_s, 0.0).velocity_ned_m_s
+        t_s += PERIOD_S
+    assert creeping.failure.startswith("not there after ")
+    assert t_s == pytest.approx(creeping.time_limit_s, abs=0.2)
+    for k in range(20):
+        waiting.setpoint(state(30.0 * k, place), 30.0 * k, 0.0)
+        waiting.pause()
+    assert not waiting.failure

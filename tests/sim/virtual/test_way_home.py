@@ -111,6 +111,7 @@ def test_the_autopilots_return_through_a_known_obstacle_is_refused(tmp_path: Pat
     [
         ('shape = "box"', 'shape = "cone"', r"known_obstacles\[0\]\.shape = 'cone': must be one of 'cylinder', 'box', 'sphere'"),
         ('shape = "box"', "", r"known_obstacles\[0\]\.shape: missing; this field is required"),
+        ("radius_m = 3.0", "radius_m = 3.0\nzzz = 1.0", r"zzz = 1.0: unknown field; known here: bottom_m, east_m, north_m"),
         ("radius_m = 3.0", "radius_m = -3.0", r"known_obstacles\[1\]\.radius_m = -3.0: must be greater than 0"),
     ],
 )
