@@ -39,6 +39,7 @@ SCHEMA = pa.schema(
         pa.field("travel_m", pa.float64()),
         pa.field("turning_rad", pa.float64()),
         pa.field("lost", pa.int64(), nullable=False),
+        pa.field("flag_share", pa.map_(pa.string(), pa.float64()), nullable=False),
     ]
 )
 TIMING_COLUMNS = ("decision_p50_us", "decision_p99_us", "decision_max_us", "sim_wall_s")
@@ -71,6 +72,7 @@ def _row(result: RunResult) -> dict[str, object]:
         **{name: _finite(getattr(result, name)) for name in _TEAM},
         "encircled_at_capture": result.encircled_at_capture,
         "lost": result.lost,
+        "flag_share": sorted(result.flag_share.items()),
     }
 
 

@@ -67,13 +67,15 @@ _PERCENTILES = (("p50", 50.0), ("p99", 99.0))
 
 
 def planner_details(runs: Sequence[RunResult]) -> Summary:
-    """What the table shows beside the figures: medians over successful runs, mode shares and collisions of all runs."""
+    """What the table shows beside the figures: medians over successful runs; of all runs modes, flags, collisions."""
     captured = [run for run in runs if run.outcome == "captured"]
     modes = sorted({mode for run in runs for mode in run.mode_share})
-    seconds = sum(run.duration_s for run in runs)
+    flags = sorted({flag for run in runs for flag in run.flag_share})
+    seconds, decisions = sum(run.duration_s for run in runs), max(1, sum(run.decisions for run in runs))
     return {
         "median": {name: _figure(np.median, _values(captured, name)) for name in (*MEAN_FIELDS, "min_clearance_m")},
         "mode_share": {mode: sum(run.mode_share.get(mode, 0.0) * run.duration_s for run in runs) / seconds for mode in modes},
+        "flag_share": {flag: sum(run.flag_share.get(flag, 0.0) * run.decisions for run in runs) / decisions for flag in flags},
         "outcomes": dict(sorted(Counter(run.outcome for run in runs).items())),
         "collided_with": dict(sorted(Counter(run.collided_with for run in runs if run.outcome == "collided").items())),
         "failed_seeds": [run.seed for run in runs if run.outcome != "captured"],

@@ -27,12 +27,19 @@ def markdown(summary: Summary, details: Mapping[str, Summary]) -> str:
         aligned(COMPUTATION_HEADINGS, [_computation(one, details[one["planner"]]["mode_share"]) for one in planners]),
         "p50, p99: processor time of a decision.",
     ]
+    flagged = [_flags(one["planner"], shares) for one in planners if (shares := details[one["planner"]]["flag_share"])]
+    if flagged:
+        parts += [
+            aligned(FLAG_HEADINGS, flagged),
+            "Flags: what is not as the strategy wants it, and the share of decisions that tell it.",
+        ]
     return "\n\n".join(parts) + "\n"
 
 
 OUTCOME_HEADINGS = ("planner", "runs", "success %", "95 % interval", "p", "collided %", "escaped %", "timed out %")
 FIGURE_HEADINGS = ("planner", "time s", "path m", "jerk m/s3", "d_min m", "clearance m")
 TEAM_HEADINGS = ("planner", "encircled % at capture", "% of the time", "first s", "separation m", "travel m", "turning rad")
+FLAG_HEADINGS = ("planner", "flags, % of decisions")
 RATIO_HEADING = "time / shortest"
 COMPUTATION_HEADINGS = ("planner", "p50 ms", "p99 ms", "simulated s/s", "modes")
 
@@ -89,6 +96,10 @@ def _computation(one: Summary, modes: Mapping[str, float]) -> list[str]:
         _number(one["simulated_s_per_s"], 0),
         ", ".join(f"{mode} {_percent(share)} %" for mode, share in shares),
     ]
+
+
+def _flags(planner: str, shares: Mapping[str, float]) -> list[str]:
+    return [planner, ", ".join(f"{flag} {_percent(share)}" for flag, share in sorted(shares.items(), key=lambda item: -item[1]))]
 
 
 def aligned(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

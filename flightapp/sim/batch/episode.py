@@ -134,6 +134,7 @@ class _Flight:
         self._decision_ns: list[int] = []
         self._decisions = 0
         self._modes: Counter[str] = Counter()
+        self._flags: Counter[str] = Counter()
 
     def fly(self) -> int:
         """To the event that ends the episode (its code), or to the time limit (FLYING)."""
@@ -172,6 +173,7 @@ class _Flight:
                 modes[i] = decision.mode
                 eta = decision.diagnostics.get("eta_s")
                 etas[i] = eta if isinstance(eta, float) else None
+                self._flags.update(cast(list[str], decision.diagnostics.get("flags", ())))
             decisions.append(self._evader.step(observations[-1]))
             self._modes.update(modes)
             if self._watcher is not None:
@@ -241,4 +243,5 @@ class _Flight:
             turning_rad=float(pursuers["turning"].sum()),
             lost=int(pursuers["gone"].sum()),
             decisions=self._decisions,
+            flag_share={flag: self._flags[flag] / self._decisions for flag in sorted(self._flags)},
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -56,3 +56,5 @@ class RunResult:
     """Pursuers that failed."""
     decisions: int = 0
     """Made by all pursuers."""
+    flag_share: dict[str, float] = field(default_factory=dict)
+    """Share of them that tell each flag: what is not as the strategy wants it."""

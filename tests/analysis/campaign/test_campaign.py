@@ -13,7 +13,8 @@ from flightapp.analysis.campaign.drawing import Drawing
 from flightapp.analysis.campaign.parquet import SCHEMA, TIMING_COLUMNS
 from flightapp.analysis.campaign.question import planners_and_seeds
 from flightapp.analysis.campaign.runner import fly_jobs, paired_jobs
-from flightapp.analysis.campaign.summary import summarise
+from flightapp.analysis.campaign.summary import planner_details, summarise
+from flightapp.analysis.campaign.table import markdown
 from flightapp.analysis.campaign.workers import Workers
 from flightapp.analysis.run import load_run
 from flightapp.analysis.summary import summarise as summarise_run
@@ -134,3 +135,13 @@ def test_without_any_success_figures_are_null_and_not_nan(scenario: Scenario) ->
     assert figures["capture_time_s"] is None
     assert figures["min_clearance_m"] is None
     assert math.isfinite(figures["simulated_s_per_s"])
+
+
+def test_what_a_strategy_flags_is_told_as_a_share_of_its_decisions(scenario: Scenario) -> None:
+    results = fly_jobs(scenario, paired_jobs(("ac2f", "greedy"), SEEDS[:2]), Workers(1)).results
+    by_planner = {planner: [result for result in results if result.planner == planner] for planner in ("ac2f", "greedy")}
+    details = {planner: planner_details(runs) for planner, runs in by_planner.items()}
+    assert details["ac2f"]["flag_share"] == {}
+    assert details["greedy"]["flag_share"]["cannot encircle"] == 1.0, "two never do"
+    told = markdown(summarise(scenario, "0-1", ("ac2f", "greedy"), results), details)
+    assert any(line.startswith("| greedy") and "cannot encircle 100.0" in line for line in told.splitlines())

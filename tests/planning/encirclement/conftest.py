@@ -1,4 +1,4 @@
-"""`pytest tests/planning/encirclement/test_degenerate.py -k world --hypothesis-profile=worlds`: 10 000 random worlds."""
+"""`pytest tests/planning/encirclement/test_degenerate.py -k world --hypothesis-profile=worlds --timeout=0`: 10 000 worlds."""
 
 from __future__ import annotations
 
