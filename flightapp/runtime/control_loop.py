@@ -11,6 +11,7 @@ import contextlib
 import math
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from enum import Enum
 from typing import Protocol
 
@@ -41,6 +42,8 @@ STATUS_PERIOD_S = 1.0
 TEAM_PERIOD_S = 0.1
 MOTION_EXTRAPOLATION_MAX_S = 0.3
 LATENESS_KEPT = 10_000
+DETOUR = "way-out"
+"""The mode that others hear of, and operators see, while a planned way out is flown."""
 CLIMBING_PHASES = ("arm", "takeoff")
 CLIMBING_MODES = ("TAKEOFF", "HOLD")
 
@@ -431,13 +434,19 @@ class ControlLoop:
             motion.state,
             airborne=airborne,
             phase=self.phase,
-            decision=self.decision if self.guidance is Guidance.PLANNER else None,
+            decision=self._told_decision(),
             outcome=self.outcome,
             target=self.target,
             clearance_m=self._clearance_m,
             guards=self._guards,
         )
         self._teamwork.tell(state, intent, now_s)
+
+    def _told_decision(self) -> Decision | None:
+        """What the others hear of the planner's decision: on a detour it is not what the vehicle does."""
+        if self.guidance is not Guidance.PLANNER or self.decision is None:
+            return None
+        return replace(self.decision, mode=DETOUR) if self.is_detoured else self.decision
 
     def _record_slow(self, now_s: float) -> None:
         """What is recorded less often than every tick: on change or by period."""
