@@ -142,7 +142,7 @@ class VelocityTracker:
 
     def _decide(self, velocity_m_s: Array, acceleration_m_s2: Array | None = None) -> None:
         """Into the state: the acceleration that following `velocity_m_s` takes now, unlimited."""
-        gains = self._gains
+        gains, velocity_m_s = self._gains, np.ascontiguousarray(velocity_m_s, dtype=np.float64)
         if not self._tracked:
             self._smooth[:3], self._smooth[3:] = velocity_m_s, 0.0
         self._tracked = True
