@@ -171,6 +171,13 @@ class Recorder:
         self._thread = None
         self._stop_serving()
 
+    def abandon(self) -> None:
+        """As `close`, without what is buffered: the end of a run that nobody reads."""
+        self._accepting = False
+        while self._backlog.take() is not None:
+            pass
+        self.close()
+
     def _stop_serving(self) -> None:
         if self._server is not None:
             self._server.stop()

@@ -76,7 +76,7 @@ def fly_virtual(
     clock_ahead_s: Mapping[str, float] | None = None,
     open_file: OpenFile = create_file,
 ) -> VirtualFleet:
-    """Fly `mission_path` to its end. Recordings go to `run`, which must exist.
+    """Fly `mission_path` to its end. Recordings go to `run`, which must exist. Ctrl-C breaks it off, and recordings with it.
 
     faults: script of each vehicle's autopilot. watch: called after every step. strategies: planners in place of the mission's.
     rendered: obstacles come from depth pictures through perception, not from the mission.
@@ -100,8 +100,14 @@ def fly_virtual(
         await _until_over(fleet, time_limit_s)
         return fleet
 
+    flying = event_loop.create_task(fly())
     try:
-        return event_loop.run_until_complete(fly())
+        return event_loop.run_until_complete(flying)
+    except KeyboardInterrupt:
+        flying.cancel()  # else its tasks would end on a closed loop, each with a complaint, and the recorders never
+        with suppress(asyncio.CancelledError):
+            event_loop.run_until_complete(flying)
+        raise
     finally:
         event_loop.close()
 
@@ -112,6 +118,7 @@ async def _until_over(fleet: VirtualFleet, time_limit_s: float) -> None:
     flights = [asyncio.create_task(_flight(one)) for one in fleet.vehicles.values()]
     ends = [asyncio.create_task(_until_down(fleet, flights)), asyncio.create_task(fleet.until_stopped())]
     tasks = [physics, *flights, *ends]
+    is_broken_off = False
     try:
         done, _ = await asyncio.wait((physics, *ends), timeout=time_limit_s, return_when=asyncio.FIRST_COMPLETED)
         for task in done:
@@ -119,12 +126,18 @@ async def _until_over(fleet: VirtualFleet, time_limit_s: float) -> None:
         if not done:
             for one in fleet.vehicles.values():
                 one.error = one.error or f"not over after {time_limit_s:g} s"
+    except (asyncio.CancelledError, KeyboardInterrupt):
+        is_broken_off = True
+        raise
     finally:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
         for one in fleet.vehicles.values():
-            one.recorder.close(RECORDER_CLOSE_S)
+            if is_broken_off:
+                one.recorder.abandon()
+            else:
+                one.recorder.close(RECORDER_CLOSE_S)
 
 
 async def _until_down(fleet: VirtualFleet, flights: list[asyncio.Task[None]]) -> None:
