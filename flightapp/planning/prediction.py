@@ -19,6 +19,8 @@ SAMPLE_PERIOD_S = 0.25
 NOISE_FLOOR_M = 0.05
 """Residuals below this tell nothing about a manoeuvre."""
 MANOEUVRE_RESIDUALS = 3
+ONE_TIME_S = 1e-3
+"""Stamps nearer than this are of one time: a velocity between them would be noise."""
 FUTURE_MAX_S = 1.0
 """Samples with stamps further ahead of now are refused."""
 
@@ -77,7 +79,7 @@ def usable(times_s: Array, places_m: Array, now_s: float) -> tuple[Array, Array]
     times, places = times_s[fine], places_m[fine]
     order = np.argsort(times, kind="stable")
     times, places = times[order], places[order]
-    last = np.append(times[1:] > times[:-1], True) if len(times) else np.zeros(0, dtype=bool)
+    last = np.append(times[1:] > times[:-1] + ONE_TIME_S, True) if len(times) else np.zeros(0, dtype=bool)
     return times[last], places[last]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from flightapp.core.errors import InputError
@@ -30,6 +31,13 @@ def parameters_of(name: str, given: Given) -> HuntingParameters:
     return parsed(HuntingParameters, name, {**(given or {}), **fixed})
 
 
+MOVING = ("speed_max_m_s", "acceleration_max_m_s2", "yaw_rate_max_rad_s", "yaw_acceleration_max_rad_s2", "body_radius_m")
+
+
 def build(name: str, limits: Limits, given: Given, seed: int) -> Planner:
-    """The variant `name`."""
+    """The variant `name`; InputError where a vehicle with `limits` could not move or turn."""
+    for field in MOVING:
+        value = getattr(limits, field)
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"strategy '{name}': limits.{field} = {value}: must be a finite number greater than 0")
     return HuntingPlanner(limits=limits, parameters=parameters_of(name, given), seed=seed)

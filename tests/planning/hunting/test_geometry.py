@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
+from random import Random
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flightapp.planning.meeting import Runners, driving_s, meeting_of, turning_s
+from flightapp.planning.meeting import Runners, driving_s, meeting_of, rest_turn_s, turning_s
 from flightapp.planning.polygon import Bodies, assign_slots, free_ring, places_on_ring_m, slot_bearings_rad
 from flightapp.planning.prediction import Path, TrackHistory, fit_track, predicted_path
 
@@ -27,6 +28,32 @@ angles = st.floats(-math.pi, math.pi)
 )
 def test_turning_takes_as_long_as_a_bang_bang_simulation(angle: float, rate: float, alpha: float, expected: float) -> None:
     assert float(turning_s(np.array(angle), np.array(rate), math.pi / 3.0, alpha)) == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize(("alpha", "expected"), [(0.2, 13.532), (0.419, 9.373), (0.698, 7.500), (3.0, 5.198)])
+def test_a_quarter_and_a_half_turn_from_rest_to_rest(alpha: float, expected: float) -> None:
+    both = rest_turn_s(0.5 * math.pi, math.pi / 3.0, alpha) + rest_turn_s(math.pi, math.pi / 3.0, alpha)
+    assert both == pytest.approx(expected, abs=2e-3)
+
+
+@FEW
+@given(angles, rates, alphas, st.floats(0.2, 2.0), st.floats(0.0, 1.0))
+def test_turning_further_takes_longer_and_a_nimbler_vehicle_never_does(
+    angle: float, rate: float, alpha: float, top: float, more: float
+) -> None:
+    """Further is measured from where the present turn would end: before that, a vehicle has to come back."""
+
+    def time_s(way: float, top: float = top, alpha: float = alpha) -> float:
+        return float(turning_s(np.array(way), np.array(min(max(rate, -top), top)), top, alpha))
+
+    held = min(max(rate, -top), top)
+    stop = held * abs(held) / (2.0 * alpha)
+    sign = 1.0 if angle >= stop else -1.0
+    assert time_s(angle + sign * more) >= time_s(angle) - 1e-9
+    assert time_s(angle + 1e-9) == pytest.approx(time_s(angle), abs=1e-3)
+    at_rest = [float(turning_s(np.array(angle), np.array(0.0), *limits)) for limits in ((top, alpha), (2.0 * top, alpha))]
+    assert at_rest[1] <= at_rest[0] + 1e-9
+    assert float(turning_s(np.array(angle), np.array(0.0), top, 2.0 * alpha)) <= at_rest[0] + 1e-9
 
 
 @FEW
@@ -53,6 +80,16 @@ def test_driving_grows_with_the_way_and_is_continuous_where_the_top_speed_is_rea
 
 
 @FEW
+@given(st.floats(0.0, 200.0), st.floats(0.0, 2.0), st.floats(0.1, 5.0), st.floats(2.0, 6.0))
+def test_driving_takes_a_stronger_or_faster_vehicle_no_longer(way: float, speed: float, a: float, top: float) -> None:
+    def time_s(top: float, a: float) -> float:
+        return float(driving_s(np.array(way), np.array(speed), np.array(top), a))
+
+    assert time_s(top + 0.5, a) <= time_s(top, a) + 1e-9
+    assert time_s(top, 1.5 * a) <= time_s(top, a) + 1e-9
+
+
+@FEW
 @given(st.lists(st.tuples(st.floats(-200, 200), st.floats(-200, 200)), min_size=3, max_size=5), st.floats(0.2, 2.0))
 def test_all_that_are_not_late_are_in_time_at_the_meeting_and_not_all_of_them_one_step_before(
     starts: list[tuple[float, float]], speed: float
@@ -68,13 +105,32 @@ def test_all_that_are_not_late_are_in_time_at_the_meeting_and_not_all_of_them_on
         assert meeting.index == 0 or (times[:, meeting.index - 1] + margin_s > meeting.index - 1).any()
 
 
-@pytest.mark.parametrize(("bearing_deg", "meets"), [(20.0, True), (40.0, False), (170.0, False)])
-def test_a_faster_target_is_met_only_from_within_the_cone_ahead_of_it(bearing_deg: float, meets: bool) -> None:
-    """gamma = 0.5: asin(0.5) = 30 degrees about its course."""
-    path = Path(0.0, 0.5, np.arange(2000.0)[:, None] * np.array([1.0, 0.0]), np.zeros(2000))
-    at = 300.0 * np.array([math.cos(math.radians(bearing_deg)), math.sin(math.radians(bearing_deg))])
-    runners = Runners(np.repeat(at[None], 3, axis=0), np.full(3, math.pi), np.ones(3), np.ones(3), 5.0, 3.0, 9.0)
+@pytest.mark.parametrize(
+    ("gamma", "bearing_deg", "meets"),
+    [(0.5, 20.0, True), (0.5, 40.0, False), (0.5, 170.0, False), (1.0, 60.0, True), (1.0, 100.0, False), (1.5, 170.0, True)],
+)
+def test_who_meets_a_straight_target_is_told_by_its_bearing(gamma: float, bearing_deg: float, meets: bool) -> None:
+    """gamma = 0.5: within asin(0.5) = 30 degrees about its course; as fast: ahead of it; faster: always."""
+    path = Path(0.0, 0.5, np.arange(6000.0)[:, None] * np.array([0.5, 0.0]), np.zeros(6000))
+    at = 100.0 * np.array([math.cos(math.radians(bearing_deg)), math.sin(math.radians(bearing_deg))])
+    speeds = np.full(3, gamma)
+    runners = Runners(np.repeat(at[None], 3, axis=0), np.full(3, math.pi), speeds, speeds, 5.0, 3.0, 9.0)
     assert meeting_of(runners, path).reachable is meets
+
+
+@FEW
+@given(st.lists(st.tuples(st.floats(-200, 200), st.floats(-200, 200)), min_size=4, max_size=6), st.floats(0.2, 1.9))
+def test_one_more_that_is_to_be_there_never_makes_the_meeting_earlier(starts: list[tuple[float, float]], speed: float) -> None:
+    path = Path(0.0, 1.0, np.arange(800.0)[:, None] * np.array([speed, 0.0]), np.full(800, 0.05))
+
+    def index(count: int) -> int:
+        still = np.zeros(count)
+        meeting = meeting_of(Runners(np.array(starts[:count]), still, still, np.full(count, 2.0), 0.5, 1.0, 0.5), path)
+        assert meeting.reachable
+        return meeting.index if not meeting.late.any() else -1
+
+    before, after = index(len(starts) - 1), index(len(starts))
+    assert after == -1 or after >= before
 
 
 @FEW
@@ -111,6 +167,31 @@ def test_everybody_gets_a_slot_of_its_own_and_no_two_ways_cross(starts: list[tup
         assert math.dist(a, b) + math.dist(c, d) <= math.dist(a, d) + math.dist(c, b) + 1e-6
 
 
+@FEW
+@given(
+    st.lists(st.tuples(st.floats(-99, 99), st.floats(-99, 99)), min_size=2, max_size=5, unique=True),
+    angles,
+    st.randoms(use_true_random=False),
+)
+def test_the_total_way_is_no_longer_than_by_the_papers_rule_and_the_order_of_the_vehicles_does_not_matter(
+    starts: list[tuple[float, float]], heading: float, random: Random
+) -> None:
+    """The paper counts slots the one way round and sorts vehicles the other way round."""
+    count = len(starts)
+    slots = places_on_ring_m(np.zeros(2), 10.0, slot_bearings_rad(count, heading))
+
+    def total(order: list[int]) -> float:
+        chosen = assign_slots(np.array([starts[k] for k in order]), slots, [f"p{k}" for k in order], {})
+        return sum(math.dist(starts[k], slots[slot]) for k, slot in zip(order, chosen, strict=True) if slot is not None)
+
+    plain = total(list(range(count)))
+    shuffled = random.sample(range(count), count)
+    assert total(shuffled) == pytest.approx(plain)
+    around = sorted(range(count), key=lambda k: (heading - math.atan2(starts[k][1], starts[k][0])) % (2.0 * math.pi))
+    papers = sum(math.dist(starts[k], slots[slot]) for slot, k in enumerate(around))
+    assert plain <= papers + 1e-9
+
+
 def test_slots_are_exchanged_only_for_a_tenth_of_the_way() -> None:
     slots = np.array([[0.0, 0.0], [10.0, 0.0]])
     near = np.array([[4.9, 50.0], [5.1, 50.0]])
@@ -133,7 +214,7 @@ def test_slots_inside_obstacles_turn_grow_or_are_left_out() -> None:
 
 @FEW
 @given(st.integers(1, 2), st.floats(-2, 2), st.floats(-2, 2), st.floats(-0.05, 0.05), angles)
-def test_a_polynomial_track_is_predicted_exactly_and_turns_with_the_frame(
+def test_a_polynomial_track_is_predicted_exactly_and_turns_and_moves_with_the_frame(
     degree: int, vn: float, ve: float, a: float, turn: float
 ) -> None:
     times = np.arange(0.0, 10.0, 0.5)
@@ -142,11 +223,12 @@ def test_a_polynomial_track_is_predicted_exactly_and_turns_with_the_frame(
     assert fit is not None
     assert np.allclose(fit.at(times), places, atol=1e-2)
     rotation = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
-    other = fit_track(times, places @ rotation.T, 9.5)
+    away = np.array([30.0 * turn, -7.0])
+    other = fit_track(times, places @ rotation.T + away, 9.5)
     assert other is not None
     assert other.degree == fit.degree
     ahead = np.array([12.0])
-    assert np.allclose(other.at(ahead), fit.at(ahead) @ rotation.T, atol=1e-6)
+    assert np.allclose(other.at(ahead), fit.at(ahead) @ rotation.T + away, atol=1e-6)
 
 
 @FEW
@@ -166,6 +248,10 @@ def test_samples_repeated_disordered_not_finite_or_from_the_future_do_no_harm() 
     assert fit is not None
     assert np.allclose(fit.at(np.array([3.0])), [[3.0, 0.0]], atol=1e-6)
     assert fit_track(np.zeros(0), np.zeros((0, 2)), 0.0) is None
+    pair = fit_track(np.array([0.0, 2.0]), np.array([[0.0, 0.0], [2.0, 4.0]]), 2.0)
+    assert pair is not None
+    assert pair.degree == 1
+    assert np.allclose(pair.at(np.array([4.0])), [[4.0, 8.0]], atol=1e-6)
     standing = fit_track(np.array([5.0]), np.array([[3.0, 4.0]]), 5.0)
     assert standing is not None
     assert predicted_path(standing, np.array([3.0, 4.0]), 5.0, 1.0, 5, 2.0).heading_rad(5) is None

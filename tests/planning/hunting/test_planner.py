@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -153,6 +154,10 @@ def test_a_value_that_cannot_be_is_refused_in_one_sentence() -> None:
         hunter("dwa", window="horizon")
     with pytest.raises(ValueError, match="separation_m"):
         Bodies(1.0, 1.0, 0.0)
+    for field in ("speed_max_m_s", "acceleration_max_m_s2", "yaw_acceleration_max_rad_s2"):
+        for value in (0.0, -1.0, math.nan):
+            with pytest.raises(InputError, match=f"limits.{field} = .*must be a finite number greater than 0"):
+                make_planner("hunting", limits=replace(LIMITS, **{field: value}), parameters=FACTS)
 
 
 RULES = Rules(Bodies(2.0, 2.0, 5.0), 16.0, 0.5, 1.0472, 0.5, 2.0578, 600.0, 3.0, 5.0)
