@@ -22,6 +22,7 @@ WHOLE = (
     "flightapp.sim.batch",
     "flightapp.sim.batch.volume.world",
     "flightapp.planning.ac2f.planner",
+    "flightapp.planning.ac2f.volume.planner",
     "perception.synthetic.depth_renderer",
     "perception.tracking.tracker",
     "perception.extraction.extractor",

@@ -136,7 +136,7 @@ def test_nobody_enters_a_body_from_any_side_and_without_the_guards_many_do() -> 
             assert least_m(path, discs) > 0.0, seed
             assert path[:, 2].max() <= -FLOOR_M
             assert path[:, 2].min() >= -CEILING_M
-            over += (np.hypot(path[:, None, 0] - discs[:, 0], path[:, None, 1] - discs[:, 1]) < discs[:, 2]).any()
+            over += int((np.hypot(path[:, None, 0] - discs[:, 0], path[:, None, 1] - discs[:, 1]) < discs[:, 2]).any())
         twin = flown(Body("p1", start.tolist()), diving_on(discs[1 + seed % 6]), 7.0, discs, supervisor(heights=False))
         hits += least_m(twin, discs) <= 0.0
     assert over >= 6

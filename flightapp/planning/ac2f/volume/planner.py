@@ -1,7 +1,8 @@
 """AC2F in three dimensions: the planar pursuit past what is in the way at this height, and the way up or down to the evader.
 
 The plane's mode is the planar planner itself, so that its results stay what they are, bit for bit. The game about the boundary
-is planar here, too: a boundary is a wall of any height, which an evader crosses at whatever height it likes.
+is played in space beside the planar one (see `game`): it says at which height the evader is best off, and whether the wall can be
+held at all. Far away the height of the game point is flown to, near the evader's own, in between a blend, as in the plane.
 """
 
 from __future__ import annotations
@@ -12,12 +13,14 @@ from dataclasses import replace
 import numpy as np
 
 from flightapp.core.clearance import closest_approach_m
-from flightapp.core.types import Array, Decision, Limits, Observation, ObstacleSet, TargetTrack
+from flightapp.core.types import Array, Decision, Limits, Observation, ObstacleSet, TargetTrack, VehicleState
 from flightapp.planning.ac2f.braking import braking_speed_m_s
 from flightapp.planning.ac2f.candidates import Candidates
+from flightapp.planning.ac2f.edge import NO_EDGE, Edge
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.planner import Ac2fPlanner
 from flightapp.planning.ac2f.volume.clearance import SAME_M, HeightMemory, VerticalRoom, stopping_m, vertical_room
+from flightapp.planning.ac2f.volume.game import SpaceGame, solve
 from flightapp.planning.ac2f.volume.intercept import meeting_time_s, vertical_interval_s
 from flightapp.planning.capture import dwell_since_s, has_dwelt
 
@@ -38,6 +41,7 @@ class VolumePlanner:
         self._memory = HeightMemory(self._parameters.volume.memory_s)
         self._down_m_s: float | None = None
         self._offset_m: Array | None = None
+        self._edge = NO_EDGE
         self._dwell_since_s = math.nan
 
     def step(self, observation: Observation) -> Decision:
@@ -48,8 +52,9 @@ class VolumePlanner:
         obstacles = ObstacleSet(observation.obstacles.t_s, discs[room.blocking], observation.obstacles.unseen)
         decision = self._planar.step(replace(observation, obstacles=obstacles))
         target = _present(observation, self._parameters)
+        game = None if target is None else self._game(observation, target)
         velocity = decision.velocity_ned_m_s.copy()
-        velocity[2] = self._down_velocity_m_s(observation, target, room)
+        velocity[2] = self._down_velocity_m_s(observation, target, game, room)
         meeting_s = None if target is None else self._meeting_s(observation, target)
         share = 1.0 if target is None else self._planar_share(observation, target, velocity)
         if share < 1.0:
@@ -57,10 +62,13 @@ class VolumePlanner:
             self._planar.flown((float(velocity[0]), float(velocity[1])))
         goal = decision.goal_ned_m
         if goal is not None:
-            goal = np.array((goal[0], goal[1], observation.own.position_ned_m[2] if target is None else target.position_ned_m[2]))
+            goal = np.array((goal[0], goal[1], self._aim_down_m(observation, target, game)))
         captured = self._is_captured(observation, target, decision)
         diagnostics = {**decision.diagnostics, "captured": captured, "passed_discs": int((~room.blocking).sum())}
         diagnostics["meeting_s"] = None if meeting_s is None or math.isnan(meeting_s) else meeting_s
+        if game is not None:
+            diagnostics["game_height_m"] = -game.point_ned_m[2]
+            diagnostics["contested"] = diagnostics["contested"] is True and game.contested
         return replace(decision, velocity_ned_m_s=velocity, goal_ned_m=goal, diagnostics=diagnostics, flies_height=True)
 
     def candidates(self) -> Candidates | None:
@@ -78,12 +86,48 @@ class VolumePlanner:
         offsets = np.hypot(discs[:, 0] - n, discs[:, 1] - e) - discs[:, 2]
         return vertical_room(discs, offsets, down, float(own.velocity_ned_m_s[2]), near_m, p.volume)
 
-    def _down_velocity_m_s(self, observation: Observation, target: TargetTrack | None, room: VerticalRoom) -> float:
-        """To the evader's height and along with it, braking before it; without an evader the height is kept."""
+    def _game(self, observation: Observation, target: TargetTrack) -> SpaceGame | None:
+        """The game in space of this pursuer, the first, and of teammates whose state is fresh; None where none is played."""
+        p, limits = self._parameters, self._limits
+        if p.game != "intersection" or len(observation.boundary.vertices_m) < 2:
+            return None
+        if self._edge.boundary is not observation.boundary:
+            self._edge = Edge.of(observation.boundary)
+        fresh = [one.state for one in observation.team if one.age_s <= p.team_stale_s]
+        places = [observation.own.position_ned_m, *(_moved(one, observation.t_s, p.prediction_max_s) for one in fresh)]
+        evader = target.position_ned_m.tolist()
+        speed = max(p.evader_speed_assumed_m_s, math.hypot(target.velocity_ned_m_s[0], target.velocity_ned_m_s[1]))
+        rates = [limits.climb_rate_max_m_s if place[2] > evader[2] else limits.sink_rate_max_m_s for place in places]
+        return solve(
+            np.array(places),
+            evader,
+            [limits.speed_max_m_s / speed] * len(places),
+            [limits.speed_max_m_s / rate for rate in rates],
+            self._edge.rows,
+            (-p.volume.height_max_m, -p.volume.height_min_m),
+            closed=observation.boundary.closed,
+            goal_spacing_m=p.goal_spacing_m,
+        )
+
+    def _aim_down_m(self, observation: Observation, target: TargetTrack | None, game: SpaceGame | None) -> float:
+        """The height (down, m) to fly to: the evader's near it, the game point's far away; the own one without an evader."""
+        if target is None:
+            return float(observation.own.position_ned_m[2])
+        p, place = self._parameters, float(target.position_ned_m[2])
+        if game is None:
+            return place
+        n, e = (target.position_ned_m - observation.own.position_ned_m)[:2].tolist()
+        far = (math.hypot(n, e) - p.slot_range_m) / (p.lead_range_m - p.slot_range_m)
+        return place + min(1.0, max(0.0, far)) * (game.point_ned_m[2] - place)
+
+    def _down_velocity_m_s(
+        self, observation: Observation, target: TargetTrack | None, game: SpaceGame | None, room: VerticalRoom
+    ) -> float:
+        """To the height to fly to and along with the evader, braking before it; without an evader the height is kept."""
         p, down = self._parameters.volume, float(observation.own.position_ned_m[2])
         wanted = 0.0
         if target is not None:
-            place = float(target.position_ned_m[2])
+            place = self._aim_down_m(observation, target, game)
             aim = min(-p.height_min_m, max(-p.height_max_m, place))
             gap = aim - down
             towards = min(p.gain_1_s * abs(gap), braking_speed_m_s(abs(gap), p.acceleration_max_m_s2, p.reaction_s))
@@ -150,3 +194,8 @@ def _present(observation: Observation, parameters: Ac2fParameters) -> TargetTrac
         return None
     ahead_s = min(parameters.prediction_max_s, max(0.0, observation.t_s - track.t_s))
     return replace(track, t_s=observation.t_s, position_ned_m=track.position_ned_m + ahead_s * track.velocity_ned_m_s)
+
+
+def _moved(state: VehicleState, t_s: float, most_s: float) -> Array:
+    """Where a teammate is at `t_s`, moved on with its velocity, over no more than `most_s`."""
+    return state.position_ned_m + min(most_s, max(0.0, t_s - state.t_s)) * state.velocity_ned_m_s
