@@ -59,7 +59,7 @@ def plan_flight(
 
 def _attempt(problem: Problem, planner: PathPlanner, budget: Budget, seed: int, limits: FlightLimits) -> Flight:
     world, gap = problem.world, problem.gap_m
-    start = put_right(world, problem.start_ned_m, gap, problem.low_ned_m, problem.high_ned_m)
+    start = put_right(world, problem.start_ned_m, gap, problem.low_ned_m, problem.high_ned_m, is_flown=True)
     goal = put_right(world, problem.goal_ned_m, gap, problem.low_ned_m, problem.high_ned_m)
     if start is None or goal is None:
         return Flight(
@@ -69,7 +69,7 @@ def _attempt(problem: Problem, planner: PathPlanner, budget: Budget, seed: int, 
     free = replace(problem, start_ned_m=start, goal_ned_m=goal)
     path = _path(free, planner, budget, seed)
     if not path.found:
-        return Flight(path, None, gap, path.reason, *moved)
+        return Flight(path, None, gap, f"{path.reason} that keeps {gap:g} m from every body", *moved)
     short = shortened(world, path.points_ned_m, gap)
     ways = (short, path.points_ned_m) if len(world.moving) > 0 else (short,)  # a shortcut may meet what the path gave way to
     smooth = [rounded(world, way, gap) for way in ways]

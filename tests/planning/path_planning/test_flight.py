@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flightapp.core.types import Array
-from flightapp.planning.path_planning.api import Budget
+from flightapp.planning.path_planning.api import Budget, Path, Problem
 from flightapp.planning.path_planning.flight import moving_gap_m, plan_flight
 from flightapp.planning.path_planning.registry import make_path_planner
 from flightapp.planning.path_planning.smoothing import rounded, shortened
@@ -84,8 +84,14 @@ def test_a_start_or_a_goal_in_collision_is_put_right_and_said() -> None:
     ("bodies", "said"),
     [
         ([Sphere(10.0, 0.0, -5.0, 9.0)], "goal: no place within 5 m keeps 1 m from every body"),
-        ([WALL, OrientedBox(0.0, 16.0, 1.0, 10.0, -20.0, 1.0)], "no way from start to goal within 500 iterations"),
-        ([WALL, OrientedBox(0.0, 20.0, 1.0, 13.0, -20.0, 1.0)], "no way from start to goal within 500 iterations"),
+        (
+            [WALL, OrientedBox(0.0, 16.0, 1.0, 10.0, -20.0, 1.0)],
+            "no way from start to goal within 500 iterations that keeps 1 m from every body",
+        ),
+        (
+            [WALL, OrientedBox(0.0, 20.0, 1.0, 13.0, -20.0, 1.0)],
+            "no way from start to goal within 500 iterations that keeps 1 m from every body",
+        ),
     ],
 )
 def test_without_a_flight_it_says_why(bodies: list[Shape], said: str) -> None:
@@ -135,3 +141,53 @@ def test_shortcuts_and_rounding_never_come_nearer_than_asked() -> None:
     assert sigma >= 0.0
     limited = timed(smooth, FlightLimits(3.0, 1.0, 2.0))
     assert max(float(np.linalg.norm(velocity)) for _, velocity, _ in sampled(limited)) <= 3.05
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_in_random_scenes_every_place_of_the_flight_keeps_its_distance(seed: int) -> None:
+    """A few of the 200 scenes that `flightapp campaign paths --seeds 0-199 --planner rrt-star-apf` measures."""
+    problem = scene_problem(20_000 + seed, ("level", "descent", "climb")[seed % 3])
+    flight = plan_flight(problem, PLANNER, Budget(2000), seed, LIMITS)
+    assert flight.trajectory is not None
+    places = np.array([position for position, _, _ in sampled(flight.trajectory, 0.005)])
+    assert (places[0] == problem.start_ned_m).all()
+    assert math.dist(flight.trajectory.at(math.inf).position_ned_m, problem.goal_ned_m) == 0.0
+    assert np.linalg.norm(np.diff(places, axis=0), axis=1).max() <= 0.051
+    assert min(problem.world.signed_distance_m(place) for place in places) >= GAP_M - 1e-3
+
+
+def test_the_way_out_of_too_narrow_a_place_leads_through_no_wall() -> None:
+    corridor = [OrientedBox(0.0, side, 12.0, 0.1, -20.0, 1.0) for side in (-0.5, 0.5)]
+    problem = room([*corridor, WALL], (-4.0, 0.0, -5.0), (-15.0, 0.0, -5.0))
+    flight = plan_flight(problem, PLANNER, Budget(2000), 0, LIMITS)
+    assert flight.start_moved
+    assert flight.trajectory is not None
+    out = [position for position, _, _ in sampled(flight.trajectory, 0.02)]
+    assert min(problem.world.signed_distance_m(place) for place in out) > 0.2
+
+
+def test_a_start_from_which_nothing_leads_out_is_said() -> None:
+    flight = plan_flight(
+        room([Sphere(-10.0, 0.0, -5.0, 9.0)], (-10.0, 0.0, -5.0), (10.0, 0.0, -5.0)), PLANNER, Budget(9), 0, LIMITS
+    )
+    assert flight.trajectory is None
+    assert flight.reason == "start: no place within 5 m keeps 1 m from every body"
+
+
+class FindsNothing:
+    """Notes what it is asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[float, int]] = []
+
+    def plan(self, problem: Problem, budget: Budget, seed: int) -> Path:
+        self.asked.append((problem.gap_m, budget.iterations))
+        return Path(np.zeros((0, 3)), budget.iterations, "nothing")
+
+
+def test_without_a_way_it_is_tried_again_for_twice_as_long_and_then_nearer_to_the_bodies() -> None:
+    planner = FindsNothing()
+    problem = room([WALL], (-10.0, 0.0, -5.0), (10.0, 0.0, -5.0))
+    flight = plan_flight(problem, planner, Budget(100), 0, LIMITS, gap_min_m=0.5)
+    assert flight.trajectory is None
+    assert planner.asked == [(1.3, 100), (1.0, 100), (1.3, 200), (1.0, 200), (0.8, 100), (0.5, 100)]

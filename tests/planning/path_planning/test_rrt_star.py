@@ -13,6 +13,7 @@ from flightapp.planning.path_planning.rrt_star.timing import edge_timing
 from flightapp.planning.path_planning.rrt_star.tree import COST, COUNT, NONE, PARENT
 from flightapp.space.random_scene import PAPER_WAYS
 from flightapp.space.shapes import Sphere
+from flightapp.space.world import World
 from tests.planning.path_planning.scenes import WALL, room, scene_problem
 
 
@@ -135,3 +136,17 @@ def test_unknown_planners_and_parameters_are_refused() -> None:
         make_path_planner("dijkstra")
     with pytest.raises(InputError, match="'rrt-star-apf': step is not a parameter"):
         make_path_planner("rrt-star-apf", {"step": 2})
+
+
+def test_a_goal_nearer_than_a_step_is_flown_to_straight() -> None:
+    path = rrt_star().plan(room([WALL], (-10.0, 0.0, -5.0), (-8.0, 1.0, -5.0)), Budget(200), 0)
+    assert path.points_ned_m.tolist() == [[-10.0, 0.0, -5.0], [-8.0, 1.0, -5.0]]
+
+
+def test_samples_at_a_place_of_the_tree_are_skipped() -> None:
+    here = np.array((1.0, 2.0, -5.0))
+    problem = Problem(World.of([WALL]), here, here, here, here, 1.0, 1.0)
+    search = rrt_star(informed=False).search(problem, 0, 100)
+    search.run(100)
+    assert int(search.tree.sizes[COUNT]) == 1
+    assert np.isfinite(search.tree.nodes[0]).all()
