@@ -9,8 +9,9 @@ import numpy as np
 
 from flightapp.core.types import Array
 from flightapp.planning.encirclement.cells import Cells, cells
-from flightapp.planning.encirclement.situation import Situation
+from flightapp.planning.encirclement.situation import DISC_SHARE, MATE_SHARE, Situation
 from flightapp.planning.geometry.convex import nearest_in
+from flightapp.planning.geometry.half_planes import PLANE_COLUMNS, add_rounds
 from flightapp.planning.plane import Point
 
 
@@ -57,3 +58,16 @@ class Cutting:
         kept = safety[: int(found.safety_corners)]
         corners = target[: int(found.target_corners)]
         return Moment(situation, evader, evader_velocity, half_m, horizon_s, found, kept, corners)
+
+    def evader_area_m2(self, moment: Moment) -> float:
+        """Of what is left to the evader within the box: nearer to it than to any pursuer, and before the discs."""
+        situation = moment.situation
+        discs = situation.rounds[situation.rounds[:, 3] == DISC_SHARE]
+        rounds = np.zeros((len(situation.team) + len(discs), situation.rounds.shape[1]))
+        rounds[len(situation.team) :] = discs
+        rounds[: len(situation.team), :2] = situation.team
+        rounds[: len(situation.team), 3] = MATE_SHARE
+        planes = np.zeros((len(rounds), PLANE_COLUMNS))
+        count = add_rounds(*moment.evader, rounds, len(rounds), planes, 0)
+        rooms = [np.zeros((count + 9, 2)) for _ in range(3)]
+        return float(cells(*moment.evader, *moment.evader, *moment.half_m, planes, count, *rooms).target_area_m2)

@@ -114,6 +114,7 @@ class EncirclementPlanner:
             "captured": captured,
             "box_half_m": list(half_m),
             "cell_area_m2": moment.cells.target_area_m2,
+            "evader_area_m2": self._cutting.evader_area_m2(moment),
             "slack_m": float(situation.planes[0, 2]) if situation.plane_count else None,
             "guidance": way,
             "flags": self._flags(situation, moment, crowded=crowded),

@@ -77,6 +77,8 @@ def test_an_evader_is_encircled_then_caught_in_the_forest() -> None:
     for row in found.decisions:
         sizes = np.array([decision.diagnostics["box_half_m"] for decision in row])
         assert np.ptp(sizes, axis=0).max() < 1e-9, "everybody computes the same box, without a leader"
+    areas = [float(row[0].diagnostics["evader_area_m2"]) for row in found.decisions]
+    assert areas[-1] < 0.1 * areas[0], "it has ever less room"
     reasons = [row[0].reason for row in found.decisions if row[0].reason]
     assert reasons[0] == "the evader is not encircled"
 
@@ -212,3 +214,12 @@ def test_the_papers_printed_buffer_which_is_no_length_would_let_them_too_near(mo
     assert chase(*behind, method="greedy", seconds=6.0, deadlock=False).clearance_m == pytest.approx(RADIUS_M)
     monkeypatch.setattr(situation, "add_rounds", literally)
     assert chase(*behind, method="greedy", seconds=6.0, deadlock=False).clearance_m < 0.05
+
+
+def test_what_is_left_to_the_evader_is_its_cell_in_the_box() -> None:
+    ring = [(0.0, 4.0), (-4.0, 0.0), (0.0, -4.0)]
+    free = pursuer().step(observation((4.0, 0.0), ring, (0.0, 0.0))).diagnostics
+    assert free["box_half_m"] == [4.0, 4.0]
+    assert free["evader_area_m2"] == pytest.approx(16.0), "the square half way to each of four"
+    beside = pursuer().step(observation((4.0, 0.0), ring, (0.0, 0.0), [(1.65, 0.0, 0.5)])).diagnostics
+    assert beside["evader_area_m2"] == pytest.approx(12.0), "and not beyond an obstacle"
