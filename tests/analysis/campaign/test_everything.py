@@ -12,17 +12,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flightapp.analysis.campaign.everything import episode_row
+from flightapp.analysis.campaign.everything import campaign, episode_row
 from flightapp.analysis.campaign.everything.campaign import Table, fly_everything, show_everything
 from flightapp.analysis.campaign.everything.choice import choices
 from flightapp.analysis.campaign.everything.curves import lines
-from flightapp.analysis.campaign.everything.episode_row import flown_row, histogram, quantile_us
+from flightapp.analysis.campaign.everything.episode_row import Row, flown_row, histogram, quantile_us
 from flightapp.analysis.campaign.everything.grid import load_grid
 from flightapp.analysis.campaign.everything.ledger import NAME, read_rows
+from flightapp.analysis.campaign.everything.table import GLANCES, glance
 from flightapp.analysis.campaign.statistics import wilson_interval
 from flightapp.analysis.campaign.workers import Workers
 from flightapp.cli import main
 from flightapp.core.errors import InputError
+from flightapp.sim.batch.scenario import Scenario
 from tests.analysis.campaign.small import TEXT
 
 GRID = """
@@ -69,6 +71,30 @@ def test_a_run_that_was_cut_goes_on_where_it_was(grid_file: Path) -> None:
     more = flown(grid_file, "0-3")
     assert without_time(ledger)[:12] == everything
     assert more.episodes == 16
+
+
+def test_an_interrupt_keeps_what_is_flown(grid_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def until_ctrl_c(scenario: Scenario, planner: str, seed: int) -> Row:
+        if (seed, scenario.name) == (1, "other"):
+            raise KeyboardInterrupt
+        return flown_row(scenario, planner, seed)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(campaign, "flown_row", until_ctrl_c)
+        cut = flown(grid_file, "0-1")
+    assert (cut.episodes, cut.wanted, cut.complete) == (6, 8, False)
+    assert len(read_rows(cut.folder / NAME)) == 6
+    assert flown(grid_file, "0-1").complete
+
+
+def test_at_a_glance_every_scenario_is_told_with_its_runs(grid_file: Path) -> None:
+    grid = load_grid(grid_file, (), (), None)
+    told = {**entry("apf", 0.5, None, None, runs=7), "hit_obstacle_rate": 0.25, "hit_teammate_rate": 0.0}
+    heading, *what = GLANCES[3]
+    assert heading == "Collided with an obstacle / with a teammate, %"
+    rows = [[part.strip() for part in row.split("|")[1:-1]] for row in glance(grid, [told], *what).splitlines()]
+    assert rows[0] == ["scenario", "runs", "geo-apf", "apf"]
+    assert rows[2:] == [["small", "7", "– / –", "25 / 0"], ["other", "0", "– / –", "– / –"]]
 
 
 def test_seeds_come_one_after_another_over_everything(grid_file: Path) -> None:

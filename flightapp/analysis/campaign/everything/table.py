@@ -29,6 +29,15 @@ COLUMNS = (
     ("cpu_s", "run s", 1.0, 2),
 )
 """Field, heading, factor, decimals."""
+GLANCES = (
+    ("Captured, %", ("success_rate",), 100.0, 0),
+    ("Encircled at the capture, % of captures", ("encircled_at_capture_rate",), 100.0, 0),
+    ("Time to the capture, median, s", ("capture_time_s",), 1.0, 1),
+    ("Collided with an obstacle / with a teammate, %", ("hit_obstacle_rate", "hit_teammate_rate"), 100.0, 0),
+    ("Least clearance to an obstacle / least distance of two pursuers, m", ("min_clearance_m", "min_separation_m"), 1.0, 2),
+    ("Processor time of a decision, p50 / p99, us", ("decision_p50_us", "decision_p99_us"), 1.0, 0),
+)
+"""Heading, fields, factor, decimals: of each a table of scenarios and planners."""
 NOTE = (
     "Success: captured without a collision, with its 95 % Wilson interval. Time, travel (sum over the team) and turning (sum of "
     "the changes of heading): medians over captures. Encircled: the evader inside the hull of the pursuers; share of the time: "
@@ -38,7 +47,7 @@ NOTE = (
 
 
 def markdown_table(grid: Grid, figures: Sequence[Figures]) -> str:
-    """Success and encirclement of everything at a glance, then a table for each scenario."""
+    """Everything at a glance, then a table for each scenario."""
     parts = [
         "# All planners in all scenarios",
         f"{_runs(figures)} runs for each planner in each scenario; the same seeds for all.",
@@ -46,10 +55,7 @@ def markdown_table(grid: Grid, figures: Sequence[Figures]) -> str:
         aligned(HEADINGS, choices(grid, figures)),
         "As sure: the 95 % interval of its success overlaps that of the surest. "
         f"Planners with fewer than {RUNS_MIN} runs are left out.",
-        "## Captured, %",
-        glance(grid, figures, "success_rate"),
-        "## Encircled at the capture, % of captures",
-        glance(grid, figures, "encircled_at_capture_rate"),
+        *(text for heading, *what in GLANCES for text in (f"## {heading}", glance(grid, figures, *what))),
         NOTE,
     ]
     for family, names in grid.families:
@@ -63,15 +69,16 @@ def markdown_table(grid: Grid, figures: Sequence[Figures]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def glance(grid: Grid, figures: Sequence[Figures], field: str) -> str:
-    """Scenarios down, planners across."""
+def glance(grid: Grid, figures: Sequence[Figures], fields: Sequence[str], factor: float, decimals: int) -> str:
+    """Scenarios down, with the runs of each planner, planners across."""
     found = {(entry["scenario"], entry["planner"]): entry for entry in figures}
-    rows = [
-        [name, *(cell(found.get((name, planner)), field, 100.0, 0) for planner in grid.planners)]
-        for _, names in grid.families
-        for name in names
-    ]
-    return aligned(("scenario", *grid.planners), rows)
+    rows = []
+    for _, names in grid.families:
+        for name in names:
+            entries = [found.get((name, planner)) for planner in grid.planners]
+            cells = [" / ".join(cell(entry, field, factor, decimals) for field in fields) for entry in entries]
+            rows.append([name, _runs([entry for entry in entries if entry is not None]), *cells])
+    return aligned(("scenario", "runs", *grid.planners), rows)
 
 
 def cell(entry: Figures | None, field: str, factor: float, decimals: int) -> str:
