@@ -34,6 +34,7 @@ NAMES = [
     "planner, coarse step",
     "planner, fine step",
     "planner, fine evaluation, 441 samples",
+    "planner in space, coarse step",
     *ORCA,
     CELLS,
     "oa-ecbvc, decision of one, 10 pursuers, 40 discs",
@@ -57,6 +58,7 @@ COMPARED = {"planner, fine step", "planner, fine evaluation, 441 samples", RICH}
 AIMS_MS = {
     "planner, coarse step": 0.05,
     "planner, fine step": 0.25,
+    "planner in space, coarse step": 0.5,
     CELLS: 0.3,
     "hunting, decision of one, 40 discs": 2.0,
     "guidance, 400 tries of a search": 10.0,
