@@ -10,6 +10,7 @@ import numpy as np
 
 from flightapp.analysis.outcome import captured_s, pursuers_of, pursuit_start_s
 from flightapp.analysis.run import Run, VehicleRun
+from flightapp.config.known_obstacles import KnownBox, KnownObstacle
 from flightapp.config.mission import Box
 from flightapp.core.types import Array
 from flightapp.recording.phases import Window
@@ -56,6 +57,10 @@ class MapData:
     markers: tuple[Marker, ...]
     perceived: tuple[Array, ...]
     obstacles: tuple[Array, ...]
+    known: tuple[Array, ...]
+    """What planned ways lead around."""
+    ways: tuple[Array, ...]
+    """As they were planned: ingress, out of traps, home."""
     boundary: Array | None
     fence: Array | None
     low_m: tuple[float, float]
@@ -72,7 +77,10 @@ def map_data(run: Run) -> MapData:
     if mission is not None:
         obstacles += [_circle(c.north_m, c.east_m, c.radius_m) for c in mission.obstacles.cylinders]
         obstacles += [_rectangle(box) for box in mission.obstacles.boxes]
-    drawn = [stretch.points_m for stretch in stretches] + [line for line in (boundary, fence) if line is not None] + obstacles
+    known = [] if mission is None else [_known(one) for one in mission.known_obstacles]
+    ways = [way for vehicle in run.vehicles for way in _ways(vehicle)]
+    drawn = [stretch.points_m for stretch in stretches] + [line for line in (boundary, fence) if line is not None]
+    drawn += [*obstacles, *known, *ways]
     everything = np.concatenate(drawn) if drawn else np.zeros((1, 2))
     low, high = everything.min(axis=0) - 2.0, everything.max(axis=0) + 2.0
     perceived = tuple(outline for vehicle in pursuers_of(run) for outline in _perceived(vehicle))
@@ -81,6 +89,8 @@ def map_data(run: Run) -> MapData:
         tuple(markers),
         perceived,
         tuple(obstacles),
+        tuple(known),
+        tuple(ways),
         boundary,
         fence,
         (float(low[0]), float(low[1])),
@@ -175,6 +185,17 @@ def _perceived(vehicle: VehicleRun) -> list[Array]:
     return []
 
 
+def _ways(vehicle: VehicleRun) -> list[Array]:
+    """The planned ways that it flew, (n, 2)."""
+    return [np.array(message["places_ned_m"])[:, :2] for message in vehicle.recording.topic("/way").messages]
+
+
+def _known(known: KnownObstacle) -> Array:
+    if isinstance(known, KnownBox):
+        return _rectangle(known)
+    return _circle(known.north_m, known.east_m, known.radius_m)
+
+
 def _line(vertices_m: tuple[tuple[float, float], ...], closed: bool) -> Array:
     return np.array([*vertices_m, vertices_m[0]] if closed else vertices_m, dtype=np.float64)
 
@@ -184,7 +205,7 @@ def _circle(north_m: float, east_m: float, radius_m: float) -> Array:
     return np.column_stack([north_m + radius_m * np.cos(angle), east_m + radius_m * np.sin(angle)])
 
 
-def _rectangle(box: Box) -> Array:
+def _rectangle(box: Box | KnownBox) -> Array:
     heading = math.radians(box.heading_deg)
     along = np.array([math.cos(heading), math.sin(heading)]) * box.length_m / 2
     across = np.array([-math.sin(heading), math.cos(heading)]) * box.width_m / 2

@@ -15,7 +15,12 @@ _LAYERS = (
     ("circles", "Apollonius circles", "var(--circle)", "dashed"),
     ("arrows", "setpoint (1 s of it) and goal (square)", "var(--soft)", "solid"),
 )
-_LINES = (("boundary", "protected boundary"), ("fence", "fence"), ("stone", "surveyed obstacle"))
+_LINES = (
+    ("boundary", "protected boundary"),
+    ("fence", "fence"),
+    ("stone", "surveyed obstacle"),
+    ("known", "known obstacle; dashed: way as planned"),
+)
 
 
 def map_section(run: Run, ghosts: Sequence[Run], lanes: str) -> str:

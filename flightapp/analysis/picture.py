@@ -19,6 +19,7 @@ Image = NDArray[np.uint8]
 _SIDE_PX = 1000
 _LEFT_PX, _TOP_PX, _BOTTOM_PX, _LEGEND_PX = 80, 30, 70, 300
 _GRID, _FENCE, _RED, _STONE, _AMBER = "#e4e7eb", "#52606d", "#b42318", "#616e7c", "#d97706"
+_KNOWN, _WAY = "#8a3ffc", "#0b7285"
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _SHIFT = 4  # fractional bits of drawing coordinates
 
@@ -54,11 +55,14 @@ class _Canvas:
         data = self._data
         self._axes()
         self._fill(data.obstacles, _STONE, 0.25)
+        self._fill(data.known, _KNOWN, 0.12)
         self._fill(data.perceived, _AMBER, 0.22)
         if data.fence is not None:
             self._dashed(data.fence, _FENCE)
         if data.boundary is not None:
             self._line(data.boundary, _RED, 3)
+        for way in data.ways:
+            self._dashed(way, _WAY)
         for stretch in sorted(data.stretches, key=lambda one: one.label != OTHER_LABEL):
             self._line(stretch.points_m, stretch.colour, 1 if stretch.label == OTHER_LABEL else 3)
         for marker in data.markers:
@@ -126,6 +130,8 @@ class _Canvas:
         entries += [("protected boundary", _RED)] if data.boundary is not None else []
         entries += [("fence", _FENCE)] if data.fence is not None else []
         entries += [("surveyed obstacle", _STONE)] if data.obstacles else []
+        entries += [("known obstacle", _KNOWN)] if data.known else []
+        entries += [("way as planned", _WAY)] if data.ways else []
         entries += [("obstacle as perceived", _AMBER)] if data.perceived else []
         column = _LEFT_PX + self._columns + 20
         for number, (label, colour) in enumerate(entries):

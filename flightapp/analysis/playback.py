@@ -61,6 +61,8 @@ def _ground(run: Run) -> Part:
         "fence": None if data.fence is None else _points(data.fence),
         "boundary": None if data.boundary is None else _points(data.boundary),
         "obstacles": [_points(outline) for outline in data.obstacles],
+        "known": [_points(outline) for outline in data.known],
+        "ways": [_points(way) for way in data.ways],
         "low_m": low_m,
         "high_m": high_m,
     }

@@ -55,13 +55,16 @@ class FlightMap {
     context.clearRect(0, 0, this.width, this.height);
     this.drawGrid(context);
     context.lineWidth = 1.2;
-    for (const outline of ground.obstacles) {
-      this.line(context, outline, true);
-      context.fillStyle = colourOf("--stone") + "40";
-      context.fill();
-      context.strokeStyle = colourOf("--stone");
-      context.stroke();
+    for (const [outlines, colour] of [[ground.obstacles, colourOf("--stone")], [ground.known, colourOf("--known")]]) {
+      for (const outline of outlines) {
+        this.line(context, outline, true);
+        context.fillStyle = colour + "40";
+        context.fill();
+        context.strokeStyle = colour;
+        context.stroke();
+      }
     }
+    for (const way of ground.ways) this.stroke(context, way, colourOf("--known"), 1.4, [6, 4]);
     if (ground.fence) this.stroke(context, ground.fence, colourOf("--fence"), 1.4, [3, 4]);
     if (ground.boundary) this.stroke(context, ground.boundary, colourOf("--boundary"), 3, []);
     if (this.shown.ghosts) for (const ghost of this.run.ghosts) for (const one of ghost.vehicles) this.drawWay(context, one.way, colourOf("--ghost"), 1.2, [6, 4]);
