@@ -40,6 +40,7 @@ _LISTS = numba.int64[:, ::1]
 _LIST = numba.int64[::1]
 _LAYERS = numba.float64[:, :, ::1]
 _AIR = numba.float64[::1]
+_EVENT = numba.types.Tuple((numba.int64, numba.float64))  # type: ignore[no-untyped-call]
 
 
 @compiled(numba.void(VEHICLE_TYPE, _LAYERS, numba.int64))
@@ -163,7 +164,7 @@ def _measure_turning(vehicles: Records, frames: Records) -> None:
             vehicle.course = course
 
 
-@compiled(numba.types.Tuple((numba.int64, numba.float64))(WORLD_TYPE, *(numba.float64,) * 4))
+@compiled(_EVENT(WORLD_TYPE, *(numba.float64,) * 4))
 def first_event(world: Records, touched: float, met: float, captured: float, crossed: float) -> tuple[int, float]:
     """The code of what ends the episode in this sub-step and when in it, from when each would: an obstacle, a teammate, the
     capture, the crossing. Of several at once the earlier named. FLYING: nothing does.

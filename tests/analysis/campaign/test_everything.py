@@ -90,9 +90,10 @@ def test_an_interrupt_keeps_what_is_flown(grid_file: Path, monkeypatch: pytest.M
 def test_at_a_glance_every_scenario_is_told_with_its_runs(grid_file: Path) -> None:
     grid = load_grid(grid_file, (), (), None)
     told = {**entry("apf", 0.5, None, None, runs=7), "hit_obstacle_rate": 0.25, "hit_teammate_rate": 0.0}
-    heading, *what = GLANCES[3]
+    heading, fields, factor, decimals = GLANCES[3]
     assert heading == "Collided with an obstacle / with a teammate, %"
-    rows = [[part.strip() for part in row.split("|")[1:-1]] for row in glance(grid, [told], *what).splitlines()]
+    text = glance(grid, [told], fields, factor, decimals)
+    rows = [[part.strip() for part in row.split("|")[1:-1]] for row in text.splitlines()]
     assert rows[0] == ["scenario", "runs", "geo-apf", "apf"]
     assert rows[2:] == [["small", "7", "– / –", "25 / 0"], ["other", "0", "– / –", "– / –"]]
 

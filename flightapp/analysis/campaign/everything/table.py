@@ -55,9 +55,10 @@ def markdown_table(grid: Grid, figures: Sequence[Figures]) -> str:
         aligned(HEADINGS, choices(grid, figures)),
         "As sure: the 95 % interval of its success overlaps that of the surest. "
         f"Planners with fewer than {RUNS_MIN} runs are left out.",
-        *(text for heading, *what in GLANCES for text in (f"## {heading}", glance(grid, figures, *what))),
-        NOTE,
     ]
+    for heading, fields, factor, decimals in GLANCES:
+        parts += [f"## {heading}", glance(grid, figures, fields, factor, decimals)]
+    parts.append(NOTE)
     for family, names in grid.families:
         parts.append(f"## {family}")
         for name in names:
