@@ -35,7 +35,7 @@ from flightapp.runtime.target_fusion import TargetFusion
 from flightapp.runtime.teamwork import Teamwork
 from flightapp.safety.api import Demand, SafetyContext
 from flightapp.safety.feed_forward import with_feed_forward
-from flightapp.vehicle.autopilot import Motion, vouches_for_position
+from flightapp.vehicle.autopilot import Motion, Status, vouches_for_position
 from flightapp.vehicle.gap_meter import GapMeter
 
 STATUS_PERIOD_S = 1.0
@@ -229,7 +229,7 @@ class ControlLoop:
         if left or (self.guidance is not Guidance.NONE and not self.in_own_mode()):
             self.in_offboard = False
             self.guidance = Guidance.NONE  # One more setpoint would restart MAVSDK's own stream against the pilot.
-        rooms.heartbeat.beat(self._stage(status.armed))
+        rooms.heartbeat.beat(self._stage(status))
         self._fleet_time.poll(now_s)
         rooms.team.poll(now_s)
         self.leadership.poll(now_s)
@@ -258,19 +258,24 @@ class ControlLoop:
             self._publish(now_s, motion, status.armed and status.landed_state != "ON_GROUND")
         self._record_slow(now_s)
 
-    def _stage(self, armed: bool) -> bytes:
-        """What the deadman is told. The wish to arm counts: the heartbeat that reports it comes up to a second later."""
-        if self.phase in CLIMBING_PHASES and not self.in_offboard:
+    def _stage(self, status: Status) -> bytes:
+        """What the deadman is told. The wish to arm counts: the heartbeat that reports it comes up to a second later.
+
+        A climb that was broken off is one until the autopilot reports another mode: what ends it may not have been commanded yet.
+        """
+        if not self.in_offboard and (self.phase in CLIMBING_PHASES or self._is_in_climb(status)):
             return CLIMBING
-        return ACTIVE if armed or self.guidance is not Guidance.NONE else IDLE
+        return ACTIVE if status.armed or self.guidance is not Guidance.NONE else IDLE
 
     @property
     def last_stage(self) -> bytes:
         """What the deadman is told when this process ends: LEFT where an armed vehicle was last seen in a mode of its climb that
         this app asked for. A lost link is the way to that; PX4 would hold there until its battery is empty.
         """
-        status = self._rooms.autopilot.status()
-        return LEFT if status.armed and status.flight_mode in CLIMBING_MODES and self.in_own_mode() else IDLE
+        return LEFT if self._is_in_climb(self._rooms.autopilot.status()) else IDLE
+
+    def _is_in_climb(self, status: Status) -> bool:
+        return status.armed and status.flight_mode in CLIMBING_MODES and self.in_own_mode()
 
     def _command(self, now_s: float, dt_s: float, own: VehicleState, own_age_s: float, new_frame: bool) -> None:
         rooms = self._rooms

@@ -14,6 +14,8 @@ from tests.sim.virtual.in_flight import Flight
 ARMED = 0b1000_0000
 IN_THE_CLIMB_S = 3.5
 LANDED_S = 15.0
+SEEN_TO_RETURN = 40
+"""Moments of 5 ms: the deadman has been told since."""
 LINK_LOST_S = 14.0
 """Longer than the app waits for a lost link."""
 
@@ -33,6 +35,18 @@ def kill_under_a_pilot(flight: Flight) -> None:
     kill(flight)
 
 
+def return_early(flight: Flight) -> None:
+    assert flight.one.loop.phase == "takeoff"
+    flight.command("rtl")
+
+
+def is_down_after_a_death_before_it_returns(flight: Flight) -> bool:
+    latest = flight.moments[-SEEN_TO_RETURN:]
+    if all(moment.phase == "return" and moment.mode in (Mode.TAKEOFF, Mode.HOLD) for moment in latest):
+        flight.one.kill()
+    return is_down(flight)
+
+
 def lose_the_link(flight: Flight) -> None:
     assert flight.one.loop.phase == "takeoff"
     flight.fault("link", "off", duration_s=LINK_LOST_S)
@@ -50,6 +64,15 @@ def is_down(flight: Flight) -> bool:
 def test_it_is_landed(death: Callable[[Flight], None], tmp_path: Path) -> None:
     flight = Flight(death, LANDED_S, at_s=IN_THE_CLIMB_S, until=is_down).fly(tmp_path / "run")
     assert flight.mode_since_s(Mode.LAND, flight.broken_s) < flight.broken_s + 2.5
+    assert is_down(flight)
+
+
+def test_it_is_landed_also_where_the_climb_was_just_broken_off(tmp_path: Path) -> None:
+    """The wish to return is commanded after news of the present mode only: up to a second, in which PX4 climbs on to a HOLD."""
+    flight = Flight(return_early, LANDED_S, at_s=IN_THE_CLIMB_S, until=is_down_after_a_death_before_it_returns)
+    flight.fly(tmp_path / "run")
+    assert flight.one.outcome is None, "it returned before it could be killed"
+    assert flight.mode_since_s(Mode.LAND, flight.broken_s) < flight.broken_s + 4.0
     assert is_down(flight)
 
 
