@@ -78,7 +78,12 @@ class WayPlanner:
 
         purpose: as a person calls the way. Both ends are brought into the flight volume's box first.
         """
-        start, goal = self.within(start), self.within(goal)
+        try:
+            return self._planned(purpose, self.within(start), self.within(goal), seen, attempt)
+        except Exception as error:  # Whoever asks must bring the vehicle somewhere: that there is no way is an answer.
+            return PlannedWay(purpose, None, f"no {purpose}: the planner failed, {type(error).__name__}: {error}", math.nan)
+
+    def _planned(self, purpose: str, start: Array, goal: Array, seen: ObstacleSet, attempt: int) -> PlannedWay:
         gap = self._gap_min_m + TRACKING_M
         problem = Problem(
             self._world(start, seen),
