@@ -34,7 +34,8 @@ def decide(flight: Flight, planner: Planner) -> Iterator[tuple[Tick, Decided]]:
     vehicle, profile, mission = flight.vehicle, flight.profile, flight.mission
     limits = limits_of(vehicle, profile)
     supervisor = make_supervisor(mission, profile, vehicle.name)
-    hover = Hover(mission.height_of(vehicle), limits.climb_rate_max_m_s, profile.control.altitude_gain_1_s)
+    gain_1_s = profile.control.altitude_gain_1_s
+    hover = Hover(mission.height_of(vehicle), limits.climb_rate_max_m_s, gain_1_s, limits.sink_rate_max_m_s)
     feed_forward = profile.control.acceleration_feed_forward
     tracker = build_tracker(mission, vehicle, profile)
     if tracker is not None and flight.velocity_gains is not None:

@@ -87,7 +87,10 @@ class ControlLoop:
         self.leadership = Leadership(rooms)
         self.coordination = Coordination(rooms, self._teamwork, self.leadership)
         self._hover = Hover(
-            rooms.mission.height_of(rooms.vehicle), rooms.limits.climb_rate_max_m_s, rooms.profile.control.altitude_gain_1_s
+            rooms.mission.height_of(rooms.vehicle),
+            rooms.limits.climb_rate_max_m_s,
+            rooms.profile.control.altitude_gain_1_s,
+            rooms.limits.sink_rate_max_m_s,
         )
         self.perception: PerceptionThread | None = None
         self.guidance = Guidance.NONE

@@ -17,9 +17,13 @@ AT_REST_M_S = 0.6
 class Hover:
     """Mission frame NED; `height_m` above the datum is the mission height, which it keeps unless told otherwise."""
 
-    def __init__(self, height_m: float, climb_rate_max_m_s: float, altitude_gain_1_s: float) -> None:
+    def __init__(
+        self, height_m: float, climb_rate_max_m_s: float, altitude_gain_1_s: float, sink_rate_max_m_s: float | None = None
+    ) -> None:
+        """Without a sink rate it sinks as fast as it climbs."""
         self._down_m = -height_m
         self._climb_rate_max_m_s = climb_rate_max_m_s
+        self._sink_rate_max_m_s = climb_rate_max_m_s if sink_rate_max_m_s is None else sink_rate_max_m_s
         self._altitude_gain_1_s = altitude_gain_1_s
         self._place: Array | None = None
         self._kept_down_m = self._down_m
@@ -60,8 +64,8 @@ class Hover:
         return self._towards_m_s(self._down_m, own)
 
     def _towards_m_s(self, down_m: float, own: VehicleState) -> float:
-        limit = self._climb_rate_max_m_s
-        return max(-limit, min(limit, self._altitude_gain_1_s * (down_m - float(own.position_ned_m[2]))))
+        wanted = self._altitude_gain_1_s * (down_m - float(own.position_ned_m[2]))
+        return max(-self._climb_rate_max_m_s, min(self._sink_rate_max_m_s, wanted))
 
 
 def wish_of(decision: Decision, hover: Hover, own: VehicleState, *, feed_forward: bool) -> Setpoint:

@@ -67,7 +67,9 @@ class WayPlanner:
         self._gap_min_m = limits.body_radius_m + limits.safety_margin_m
         self._limits = limits
         self._flight_limits = FlightLimits(
-            SPEED_SHARE * limits.speed_max_m_s, SPEED_SHARE * limits.climb_rate_max_m_s, limits.acceleration_max_m_s2
+            SPEED_SHARE * limits.speed_max_m_s,
+            SPEED_SHARE * min(limits.climb_rate_max_m_s, limits.sink_rate_max_m_s),
+            limits.acceleration_max_m_s2,
         )
         self._planner = make_path_planner("rrt-star-apf")
         self._seed = rooms.vehicle.system_id

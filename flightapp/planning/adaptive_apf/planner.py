@@ -246,7 +246,7 @@ class AdaptiveApfPlanner:
             if flat:
                 wanted[2] = level
             limit_change(wanted, base, change_max)
-        climb = max(-limits.climb_rate_max_m_s, min(limits.climb_rate_max_m_s, float(wanted[2])))
+        climb = max(-limits.climb_rate_max_m_s, min(limits.sink_rate_max_m_s, float(wanted[2])))
         wanted[2] = climb
         speed = float(np.linalg.norm(wanted))
         if speed > limits.speed_max_m_s:
