@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from flightapp.config.profile import VehicleLimits, load_profile
-from flightapp.core.types import Limits
+from flightapp.core.types import Limits, VehicleState
+from flightapp.runtime.hover import Hover
 from flightapp.sim.mock_autopilot import frame_limits
 
 PROFILES = Path(__file__).parents[2] / "profiles"
@@ -36,3 +38,11 @@ def test_a_sink_rate_of_its_own_reaches_planner_and_airframe() -> None:
     assert frame.climb_rate_max_m_s == pytest.approx(2.0 * frame.descent_rate_max_m_s)
     real = load_profile(PROFILES / "nuc-pixhawk6c-d435.toml").limits
     assert real.sink_rate_max_m_s < real.climb_rate_max_m_s
+
+
+def test_the_height_loop_asks_for_no_more_than_either_limit() -> None:
+    hover = Hover(10.0, 3.0, 1.0, sink_rate_max_m_s=1.2)
+    asked = [
+        hover.down_velocity_m_s(VehicleState(0.0, np.array((0.0, 0.0, -height)), np.zeros(3), 0.0)) for height in (2.0, 18.0)
+    ]
+    assert asked == [-3.0, 1.2]
