@@ -17,6 +17,7 @@ from flightapp.replay.replay import Wanted, replay
 from flightapp.runtime import way_follower
 from flightapp.runtime.outcome import Outcome
 from flightapp.runtime.way_planner import shape_of
+from flightapp.sim.fault_script import Fault
 from flightapp.sim.virtual.fleet import VirtualFleet, VirtualVehicle
 from flightapp.sim.virtual.mission import fly_virtual
 from flightapp.space.world import World
@@ -129,6 +130,63 @@ def test_an_abort_on_the_way_lands_it_there(tmp_path: Path) -> None:
     flight = Flight(during).fly(MISSION, tmp_path)
     assert flight.phases[-2:] == ["ingress", "land"]
     assert math.dist(flight.places["land"][-1][:2], STATION) > 5.0
+
+
+def test_without_an_own_position_it_stops_and_lands(tmp_path: Path) -> None:
+    lost_s: list[float] = []
+
+    def during(flight: Flight) -> None:
+        if flight.now_s - flight.ingress_s > 4.0 and not lost_s:
+            lost_s.append(flight.now_s)
+            flight.one.faults.add(Fault.model_validate({"target": "telemetry", "verb": "off", "at_s": 0.0, "duration_s": 20.0}))
+        if flight.one.station.core.mode.name == "LAND":
+            flight.fleet.stop()
+
+    flight = Flight(during).fly(MISSION, tmp_path)
+    assert flight.phases[-2:] == ["ingress", "land"]
+    assert 2.0 < flight.now_s - lost_s[0] < 6.0
+    assert float(np.linalg.norm(flight.one.velocity_ned_m_s[:2])) < 0.6
+
+
+SECOND = """
+[[vehicles]]
+name = "p2"
+role = "pursuer"
+system_id = 2
+start = { north_m = -15.0, east_m = -8.0 }
+station = { north_m = 10.0, east_m = -8.0 }
+strategy = { name = "ac2f" }
+camera = false
+
+[[known_obstacles]]
+"""
+
+
+def test_where_one_begins_early_the_others_leave_their_ingress_and_join(tmp_path: Path) -> None:
+    mission = tmp_path / "mission.toml"
+    mission.write_text(MISSION.read_text().replace("\n[[known_obstacles]]\n", SECOND, 1))
+    evader = Played("e1", "evader", 7)
+    phases: dict[str, list[str]] = {"p1": [], "p2": []}
+    begun_s: dict[str, float] = {}
+
+    def watch(fleet: VirtualFleet) -> None:
+        evader.play(fleet, (-6.0, 16.0, -4.0))
+        for name, told in phases.items():
+            phase = fleet.vehicles[name].loop.phase
+            if phase not in told:
+                told.append(phase)
+                begun_s[name] = fleet.clock.now_s()
+        if all(told[-1] == "pursue" for told in phases.values()):
+            fleet.stop()
+
+    (tmp_path / "run").mkdir()
+    fleet = fly_virtual(mission, SIM, tmp_path / "run", seed=1, watch=watch, flown=["p1", "p2"], time_limit_s=60.0)
+    assert all(told[-1] == "pursue" for told in phases.values())
+    assert abs(begun_s["p1"] - begun_s["p2"]) < 1.5
+    for name, told in (("p1", "the evader is"), ("p2", "p1 pursues already")):
+        assert math.dist(fleet.vehicles[name].position_ned_m[:2], STATION) > 8.0
+        events = read_recording(tmp_path / "run" / f"{name}.mcap").topic("/event").texts("text")
+        assert any(text.startswith(f"ends on the way: {told}") for text in events)
 
 
 def test_held_up_again_and_again_it_gives_up_and_returns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
