@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,17 +31,28 @@ LIMITS = limits_of(WINDY.vehicle("p1"), PROFILE)
 
 
 def flown(
-    tracker: VelocityTracker | None, wanted: Callable[[float], tuple[float, float, float]], *, gain_1_s: float = 1.8
+    tracker: VelocityTracker | None,
+    wanted: Callable[[float], tuple[float, float, float]],
+    *,
+    gain_1_s: float = 1.8,
+    response_s: float = 0.1,
+    late_ticks: int = 0,
+    noise_m_s: float = 0.0,
 ) -> tuple[Array, Array]:
-    """(n, 3) each: velocities asked for and flown, 50 a second, in 8 m/s of wind under PX4's own loop, with jumps limited."""
-    limits = replace(with_velocity_loop(frame_limits(PROFILE.limits), "px4"), velocity_gain_1_s=gain_1_s)
+    """(n, 3) each: velocities asked for and flown, 50 a second, in 8 m/s of wind under PX4's own loop.
+
+    late_ticks, noise_m_s: of the velocity that the tracker is told.
+    """
+    frame = with_velocity_loop(frame_limits(PROFILE.limits), "px4")
+    limits, random = replace(frame, velocity_gain_1_s=gain_1_s, response_s=response_s), np.random.default_rng(5)
     vehicle = Multirotor(limits, position_ned_m=(0.0, 0.0, -5.0), wind=Wind(5.7, 5.7, 1.5), ground_down_m=0.0, seed=3)
     vehicle.motors.running, vehicle.on_ground = True, False
-    asked = []
+    asked, told = [], deque[Array](maxlen=late_ticks + 1)
     if tracker is not None:
         tracker.begin()
     for tick in range(500):
-        own = VehicleState(0.02 * tick, np.array(vehicle.position_ned_m), np.array(vehicle.velocity_ned_m_s), 0.0)
+        told.append(np.array(vehicle.velocity_ned_m_s) + noise_m_s * random.normal(size=3))
+        own = VehicleState(0.02 * tick, np.array(vehicle.position_ned_m), told[0], 0.0)
         sent = Setpoint(np.array(wanted(own.t_s)), 0.0)
         if tracker is not None:
             tracker.watch(own, 0.02)
@@ -57,14 +70,19 @@ def weaving(t_s: float) -> tuple[float, float, float]:
     return (3.0 * math.cos(0.3 * t_s), 3.0 * math.sin(0.3 * t_s), 0.0)
 
 
-def error(tracker: VelocityTracker | None, *, gain_1_s: float = 1.8) -> float:
-    """Mean planar velocity error of a weaving flight, m/s, without its first two seconds."""
-    asked, came = flown(tracker, weaving, gain_1_s=gain_1_s)
+def error(tracker: VelocityTracker | None, **vehicle: Any) -> float:
+    """Mean planar velocity error of a weaving flight, m/s, without its first two seconds. vehicle: as `flown` takes it."""
+    asked, came = flown(tracker, weaving, **vehicle)
     return float(np.linalg.norm((came - asked)[100:, :2], axis=1).mean())
 
 
 def test_it_takes_out_most_of_wind_and_lag() -> None:
     assert error(make_tracker(PROFILE)) < 0.3 * error(None)
+
+
+@pytest.mark.parametrize("vehicle", [{"response_s": 0.05}, {"response_s": 0.2, "late_ticks": 4, "noise_m_s": 0.05}])
+def test_it_does_so_on_a_vehicle_that_is_faster_or_slower_than_its_model_and_told_late(vehicle: dict[str, float]) -> None:
+    assert error(make_tracker(PROFILE), **vehicle) < 0.3 * error(None, **vehicle)
 
 
 def test_it_brakes_at_least_as_hard_as_the_autopilot_alone() -> None:
