@@ -93,7 +93,7 @@ class HuntingPlanner:
             speed = self._limits.speed_max_m_s
             intent = Intent(intent.phase, guided, (speed * direction[0], speed * direction[1]), intent.facing_rad)
         velocity, yaw_rad = self._fly(view, intent)
-        self._sight.commanded(*velocity)
+        self._sight.commanded(*velocity, yaw_rad)
         return self._decision(view, intent, rendezvous, velocity, yaw_rad, guided)
 
     def _intent(self, observation: Observation, view: View) -> tuple[Intent, Rendezvous | None]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flightapp.core.angles import wrap_pi
 from flightapp.core.types import Array, Limits, Observation
 from flightapp.planning.ac2f.parameters import Ac2fParameters
 from flightapp.planning.ac2f.recollection import DISCS, blank_recollection
@@ -16,6 +17,8 @@ from flightapp.planning.ac2f.surroundings import MEMBER_COLUMNS, TRAIL_COLUMNS, 
 from flightapp.planning.hunting.parameters import HuntingParameters
 
 STANDING_M_S = 0.05
+FACING_AHEAD_RAD = 0.5
+"""How far ahead of the nose a vehicle that turns where it stands may be told to look."""
 NOWHERE = np.zeros(2)
 
 
@@ -60,6 +63,7 @@ class Sight:
         """apart_m: between the centres of teammates; keep_out_m: from the target's centre, 0 where contact is wanted."""
         self.lag_m = parameters.lagging_margin * parameters.response_lag_s * limits.speed_max_m_s
         """Kept from obstacles on top of the safety margin."""
+        self._lags = parameters.response_lag_s > 0.0
         given = Ac2fParameters(
             capture=parameters.capture,
             control_period_s=parameters.control_period_s,
@@ -88,9 +92,11 @@ class Sight:
         self._trail = np.zeros((self._trail_samples, TRAIL_COLUMNS))
         self._scene = np.zeros((0, SCENE_COLUMNS))
         self._view = np.zeros(1, VIEW)
+        self._facing_rad: float | None = None
 
-    def commanded(self, north_m_s: float, east_m_s: float) -> None:
+    def commanded(self, north_m_s: float, east_m_s: float, yaw_rad: float) -> None:
         """Keep the command of this step."""
+        self._facing_rad = yaw_rad
         self._memory["has_command"], self._memory["command_n"], self._memory["command_e"] = 1, north_m_s, east_m_s
 
     def look(self, observation: Observation) -> View:
@@ -111,7 +117,7 @@ class Sight:
         )  # fmt: skip
         view = self._view[0]
         base = float(view["base_n"]), float(view["base_e"])
-        course = math.atan2(base[1], base[0]) if math.hypot(*base) > STANDING_M_S else own.yaw_rad
+        course = math.atan2(base[1], base[0]) if math.hypot(*base) > STANDING_M_S else self._nose_rad(own.yaw_rad)
         return View(
             observation.t_s,
             (float(view["own_n"]), float(view["own_e"])),
@@ -128,6 +134,14 @@ class Sight:
             float(view["clearance_m"]),
             bool(view["team_complete"]),
         )
+
+    def _nose_rad(self, yaw_rad: float) -> float:
+        """Of one that stands: where it is turning to. From where its nose is now, a control period's turn is a setpoint so near
+        that an autopilot hardly turns."""
+        if not self._lags or self._facing_rad is None:
+            return yaw_rad
+        ahead = wrap_pi(self._facing_rad - yaw_rad)
+        return wrap_pi(yaw_rad + max(-FACING_AHEAD_RAD, min(FACING_AHEAD_RAD, ahead)))
 
     def _make_room(self, teammates: int, discs: int) -> None:
         if teammates != len(self._members):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -169,3 +170,22 @@ def test_a_target_that_never_moved_is_met_from_where_the_team_comes() -> None:
     other_north, other_east = far.goal_ned_m[:2].tolist()  # type: ignore[index]
     assert math.hypot(north - 40.0, east) == pytest.approx(3.0, abs=0.3)
     assert (other_east - 40.0, abs(other_north)) == pytest.approx((north - 40.0, abs(east)), abs=0.3), "turned with the team"
+
+
+def test_a_vehicle_that_stands_before_a_tree_turns_away_as_fast_as_its_autopilot_can() -> None:
+    """An autopilot turns the nose in proportion to how far the setpoint is ahead of it: by one that never is, hardly at all."""
+    period_s, tree = 0.04, (14.0, 10.0, 0.8)
+    limits = replace(LIMITS, yaw_rate_max_rad_s=0.785, yaw_acceleration_max_rad_s2=2.0)
+    facts = {"reaction_s": 0.2, "response_lag_s": 0.45, "command_blend": 0.08, "control_period_s": period_s}
+    given = {**FACTS, **RING, "separation_m": 2.0, **facts}
+    one = Flown(make_planner("hunting", limits=limits, parameters=given, seed=5), (12.14, 10.25), 0.3)
+    for tick in range(100):
+        t_s = period_s * tick
+        one.decide(t_s, target_at(t_s, (-40.0, -5.0)), discs=[tree])
+        wanted = one.decisions[-1]
+        one.velocity = one.velocity + (wanted.velocity_ned_m_s - one.velocity) * period_s / 0.45
+        turn = math.remainder(wanted.yaw_rad - one.yaw_rad, 2.0 * math.pi)
+        one.yaw_rad += min(0.785, max(-0.785, 2.0 * turn)) * period_s
+        one.place = one.place + period_s * one.velocity
+        assert math.dist(one.place[:2], tree[:2]) > tree[2] + LIMITS.body_radius_m
+    assert one.place[0] < 5.0, "half a turn, and away, within 4 s"
