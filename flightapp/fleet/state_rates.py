@@ -8,8 +8,9 @@ ten vehicles at 20 Hz put 1800 packets a second on the air. A mate is *near*
 - who was never heard or is not heard any more: it may be anywhere.
 
 The nearest `fast_count` mates, as many as the fleet's budget allows, get every state, and so do the nearest `NEAR_FAST_MIN` of
-those that are near; all other near ones every second, everybody else every fourth. In a team of up to seven, five with
-certificates, everybody gets every state. A rate falls a while after the reason for it has gone, never before.
+those that are near, who is heard before who is not; all other near ones every second, everybody else every fourth. In a team of
+up to seven, five with certificates, everybody gets every state. A rate falls a while after the reason for it has gone, never
+before.
 """
 
 from __future__ import annotations
@@ -137,9 +138,15 @@ class StateRates:
             if mate is None or mate.age_s > self._need.silent_s or self._is_near(now_s, name, own, mate):
                 self._near_until_s[name] = now_s + LEAVING_S
         near = {name for name in mates if self._near_until_s.get(name, -math.inf) > now_s}
-        ranked = sorted(mates, key=lambda name: (name not in near, self._rank_m(name, own, mates[name]), name))
+        ranked = sorted(
+            mates,
+            key=lambda name: (name not in near, not self._is_heard(mates[name]), self._rank_m(name, own, mates[name]), name),
+        )
         self._full = set(ranked[: max(self._count, min(NEAR_FAST_MIN, len(near)))])
         return Rates(frozenset(self._full), frozenset(near - self._full))
+
+    def _is_heard(self, mate: Mate | None) -> bool:
+        return mate is not None and mate.age_s <= self._need.silent_s
 
     def _is_near(self, now_s: float, name: str, own: Mate, mate: Mate) -> bool:
         margin_m = LEAVING_M if self._near_until_s.get(name, -math.inf) > now_s else 0.0

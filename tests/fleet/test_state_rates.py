@@ -107,6 +107,15 @@ def test_who_was_never_heard_or_is_silent_may_be_anywhere() -> None:
     assert rates.at(0.0, mate(0.0), {"new": None, "silent": mate(90.0, age_s=1.5), "far": mate(90.0)}).full == {"new", "silent"}
 
 
+def test_who_is_not_heard_takes_no_place_from_a_near_mate_that_is() -> None:
+    """Two that fell silent beside this vehicle may be anywhere; two living ones close in."""
+    rates = StateRates(RATE_HZ, 0, NEED)
+    heard = {"p2": mate(4.0, v_north_m_s=-3.0), "p3": mate(-4.0, v_north_m_s=3.0)}
+    silent = {"p4": mate(1.0, age_s=2.0), "p5": mate(0.0, 1.0, age_s=2.0), "p6": None}
+    assert rates.at(0.0, mate(0.0), heard | silent) == Rates(frozenset(heard), frozenset(silent))
+    assert rates.at(1.0, mate(0.0), silent).full == {"p4", "p5"}, "among themselves the one that was nearest"
+
+
 def test_the_full_rate_ends_late_and_the_nearest_do_not_flicker() -> None:
     rates = StateRates(RATE_HZ, 1, NEED)
     distances_m = [2.0, 40.0, 40.0]
