@@ -24,8 +24,10 @@ class VolumeParameters(StrategyParameters):
     """Time from a decision until the vertical velocity answers to it."""
     gain_1_s: float = Field(default=1.5, gt=0)
     """Vertical speed towards the evader's height per metre, where braking does not ask for less."""
-    obstacle_margin_m: float = Field(default=0.7, gt=0)
-    """Kept above an obstacle's top and below its underside, from the own centre: body and what a height is known to."""
+    obstacle_margin_m: float = Field(default=1.0, gt=0)
+    """Kept above an obstacle's top and below its underside, from the own centre: body and what a height is known to. In a mission
+    more than the supervisor's body radius and `obstacle_height_margin_m`, or that stops the vehicle before what it would pass.
+    """
     memory_s: float = Field(default=10.0, ge=0)
     """How long an obstacle of known height that is no longer seen is still kept away from."""
 
