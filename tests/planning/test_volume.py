@@ -199,3 +199,22 @@ def test_it_climbs_and_sinks_within_the_limit_of_each() -> None:
         by = make_planner("ac2f", limits=slow, parameters={"volume": {"space": "volume", "acceleration_max_m_s2": 5.0}})
         told = flown(by, (0.0, 0.0, 9.0), (30.0, 0.0, height, 0.0, 0.0, 0.0), discs_of(), 12)
         assert max((float(one.velocity_ned_m_s[2]) for one in told), key=abs) == pytest.approx(fastest)
+
+
+def test_far_away_it_flies_to_the_height_of_the_game_point_and_near_to_the_evader_s() -> None:
+    far = planner().step(seen(0.0, (0.0, 0.0, 4.0), (40.0, 0.0, 10.0), discs_of()))
+    assert far.goal_ned_m is not None
+    assert far.diagnostics["game_height_m"] == pytest.approx(-far.goal_ned_m[2])
+    assert -far.goal_ned_m[2] > 10.5, "who is below leaves the evader more above"
+    near = planner().step(seen(0.0, (0.0, 0.0, 4.0), (10.0, 0.0, 10.0), discs_of()))
+    assert near.goal_ned_m is not None
+    assert -near.goal_ned_m[2] == 10.0
+    level = planner().step(seen(0.0, (0.0, 0.0, 10.0), (40.0, 0.0, 10.0), discs_of()))
+    assert level.diagnostics["game_height_m"] == 10.0
+
+
+def test_a_wall_that_only_the_planar_game_holds_is_not_told_as_contested() -> None:
+    over_its_head = ((-56.0, 0.0, 3.0), (-48.0, 0.0, 25.0), discs_of())
+    assert planner("plane").step(seen(0.0, *over_its_head)).diagnostics["contested"] is True
+    assert planner().step(seen(0.0, *over_its_head)).diagnostics["contested"] is False
+    assert planner().step(seen(0.0, (-56.0, 0.0, 25.0), (-48.0, 0.0, 25.0), discs_of())).diagnostics["contested"] is True
