@@ -173,6 +173,14 @@ def test_it_sinks_to_the_margin_above_what_it_flies_over_and_on_behind_it() -> N
     assert -path[-1, 2] < 2.0
 
 
+@pytest.mark.parametrize(("away_m", "above_m", "speed_m_s"), [(2.0, 0.5, 3.0), (1.2, 0.5, 5.0), (0.6, 0.8, 5.0), (2.0, 1.1, 5.0)])
+def test_who_dives_on_the_last_metres_before_the_edge_is_kept_above(away_m: float, above_m: float, speed_m_s: float) -> None:
+    discs = with_heights(discs_at((6.0, 0.0, 1.5)), (0.0, 6.0))
+    body = Body("p1", (6.0 - 1.5 - BODY_M - away_m, 0.0, -(6.0 + BODY_M + above_m)), (speed_m_s, 0.0, 0.0))
+    body.previous = setpoint_of(speed_m_s, 0.0)
+    assert least_m(flown(body, steady(speed_m_s, 0.0, 3.0), 3.0, discs, supervisor()), discs) > 0.1
+
+
 def test_who_is_pressed_down_on_an_obstacle_is_brought_up_and_the_fence_has_the_last_word() -> None:
     discs = with_heights(discs_at((0.0, 0.0, 1.5)), (0.0, 6.0))
     pressed = Body("p1", (0.0, 0.0, -6.5))
