@@ -1,4 +1,4 @@
-"""A strategy that traps itself between three walls, and the planned way out; the evader is played."""
+"""A strategy that traps itself between rows of towers, and the planned way out; the evader is played."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SIM = ROOT / "profiles/sim.toml"
 MISSION = Path(__file__).with_name("in_a_trap.toml")
 EVADER = (20.0, 0.0, -4.0)
 BODY_M = 0.35
-TRAPPED_M = 3.0
+TRAPPED_M = 3.4
 """Farther north than this is not inside."""
 
 
@@ -58,7 +58,7 @@ class Flight:
         self.fleet.network.command(self.fleet.mission.fleet, "p1", Command(action, f"{action}-1", self.now_s, "Ann"))
 
 
-def test_trapped_between_walls_it_is_led_out_and_captures(tmp_path: Path) -> None:
+def test_trapped_between_towers_it_is_led_out_and_captures(tmp_path: Path) -> None:
     flight = Flight(MISSION, tmp_path)
     assert flight.outcome == "captured"
     world = World.of(shape_of(known) for known in load_mission(MISSION).known_obstacles)
@@ -75,7 +75,7 @@ def test_trapped_between_walls_it_is_led_out_and_captures(tmp_path: Path) -> Non
 
 def test_without_a_way_out_it_stays_where_it_is(tmp_path: Path) -> None:
     alone = tmp_path / "alone.toml"
-    alone.write_text(MISSION.read_text().replace('way_out = "planned"', "").replace("limit_s = 60.0", "limit_s = 35.0"))
+    alone.write_text(MISSION.read_text().replace('way_out = "planned"', "").replace("limit_s = 60.0", "limit_s = 22.0"))
     (tmp_path / "run").mkdir()
     flight = Flight(alone, tmp_path / "run")
     assert flight.outcome == "timeout"
