@@ -17,6 +17,7 @@ from flightapp.analysis.campaign.everything.campaign import Table, fly_everythin
 from flightapp.analysis.campaign.everything.choice import choices
 from flightapp.analysis.campaign.everything.curves import lines
 from flightapp.analysis.campaign.everything.episode_row import Row, flown_row, histogram, quantile_us
+from flightapp.analysis.campaign.everything.families import family_tables
 from flightapp.analysis.campaign.everything.grid import load_grid
 from flightapp.analysis.campaign.everything.ledger import NAME, read_rows
 from flightapp.analysis.campaign.everything.table import GLANCES, glance
@@ -96,6 +97,21 @@ def test_at_a_glance_every_scenario_is_told_with_its_runs(grid_file: Path) -> No
     rows = [[part.strip() for part in row.split("|")[1:-1]] for row in text.splitlines()]
     assert rows[0] == ["scenario", "runs", "geo-apf", "apf"]
     assert rows[2:] == [["small", "7", "– / –", "25 / 0"], ["other", "0", "– / –", "– / –"]]
+
+
+def test_scenarios_of_a_family_are_told_together_every_run_alike(grid_file: Path) -> None:
+    both = GRID.replace('["small.toml"]', '["small.toml", "other.toml"]')
+    grid_file.write_text(both.partition('[[families]]\nname = "Others"')[0])
+    grid = load_grid(grid_file, (), (), None)
+    rest = {"hit_teammate_rate": 0.0, "escape_rate": 0.0, "timeout_rate": 0.0, "min_clearance_m": None}
+    small = {**entry("apf", 1.0, 5.0, 0.5, runs=30), **rest, "hit_obstacle_rate": 0.0, "min_separation_m": 2.5}
+    other = {**entry("apf", 0.2, 5.0, 0.0, runs=10), **rest, "hit_obstacle_rate": 0.4, "min_separation_m": 1.25}
+    heading, table = family_tables(grid, [small, {**other, "scenario": "other"}])
+    assert heading == "### Lines"
+    cells = [part.strip() for part in table.splitlines()[-1].split("|")[1:-1]]
+    low, high = wilson_interval(32, 40)
+    told = ["apf", "40", "80", f"{100 * low:.0f} to {100 * high:.0f}", "47", "10.0", "0.0", "0.0", "0.0", "–", "1.25"]
+    assert cells == told
 
 
 def test_seeds_come_one_after_another_over_everything(grid_file: Path) -> None:

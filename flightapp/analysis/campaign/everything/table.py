@@ -7,6 +7,7 @@ import io
 from collections.abc import Sequence
 
 from flightapp.analysis.campaign.everything.choice import HEADINGS, RUNS_MIN, choices
+from flightapp.analysis.campaign.everything.families import family_tables
 from flightapp.analysis.campaign.everything.figures import Figures
 from flightapp.analysis.campaign.everything.grid import Grid
 from flightapp.analysis.campaign.table import DASH, aligned
@@ -55,6 +56,8 @@ def markdown_table(grid: Grid, figures: Sequence[Figures]) -> str:
         aligned(HEADINGS, choices(grid, figures)),
         "As sure: the 95 % interval of its success overlaps that of the surest. "
         f"Planners with fewer than {RUNS_MIN} runs are left out.",
+        "## All scenarios of a family together",
+        *family_tables(grid, figures),
     ]
     for heading, fields, factor, decimals in GLANCES:
         parts += [f"## {heading}", glance(grid, figures, fields, factor, decimals)]
