@@ -63,6 +63,14 @@ class RecorderFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class WayFacts:
+    """A way that was planned on the ground; `text` says how long it is, or why there is none."""
+
+    is_found: bool
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Facts:
     """Everything, at `t_s`."""
 
@@ -85,3 +93,5 @@ class Facts:
     credentials: Credentials | None = None
     """With which it joins the fleet; None: the fleet is open."""
     recorder: RecorderFacts | None = None
+    ways: tuple[WayFacts, ...] = ()
+    """To the station and home from there, where the mission plans them."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from flightapp.fleet.security.credentials import load_credentials
 from flightapp.preflight.computer import computer_facts
-from flightapp.preflight.facts import CameraFacts, Facts, RecorderFacts, TeammateFacts
+from flightapp.preflight.facts import CameraFacts, Facts, RecorderFacts, TeammateFacts, WayFacts
 from flightapp.preflight.px4_parameters import Needed, needed_parameters
 from flightapp.runtime.control_loop import ControlLoop
+from flightapp.runtime.ground_ways import ways_from_the_ground
 from flightapp.runtime.perception_thread import PerceptionThread
 from flightapp.runtime.rooms import Rooms
 from flightapp.vehicle.velocity_gains import PLANAR, VERTICAL
@@ -22,6 +23,7 @@ class Gatherer:
         self._parameters: dict[str, float | None] = {}
         self._frames_at_first: tuple[float, int] | None = None
         self._ahead_s: dict[str, float] = {}
+        self._ways: tuple[WayFacts, ...] = ()
         folder = rooms.profile.network.certificates
         self._credentials = None if folder is None else load_credentials(folder)
 
@@ -37,6 +39,10 @@ class Gatherer:
         if self._rooms.tracker is not None:
             for name in (PLANAR, VERTICAL):
                 self._parameters[name] = await self._rooms.autopilot.parameter(name, is_integer=False)
+
+    async def plan_ways(self) -> None:
+        """Plan what the mission wants planned, from the ground."""
+        self._ways = await ways_from_the_ground(self._rooms)
 
     async def write_parameter(self, rule: Needed) -> float | None:
         """Write what `rule` wants, and read it back."""
@@ -69,6 +75,7 @@ class Gatherer:
             computer=computer_facts(rooms.profile.recording.folder),
             credentials=self._credentials,
             recorder=RecorderFacts(rooms.journal.flush_slowest_s, rooms.journal.recording_error),
+            ways=self._ways,
         )
 
     def _camera(self, perception: PerceptionThread, now_s: float) -> CameraFacts:

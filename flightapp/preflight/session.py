@@ -49,6 +49,7 @@ async def preflight(
         async with open_rooms(wish, Heartbeat(None)) as opened, running_loop(opened, _refuse) as loop:
             gatherer = Gatherer(opened.rooms, loop)
             await gatherer.read_parameters()
+            await gatherer.plan_ways()
             written = [] if may_write is None else await _write(gatherer, may_write)
             clock = opened.rooms.clock
             deadline_s = clock.now_s() + wait_s

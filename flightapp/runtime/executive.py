@@ -101,8 +101,6 @@ class Executive:
     async def _check_on_the_ground(self) -> None:
         rooms = self._rooms
         self._pace.enter("preflight")
-        if self._ingress is not None:
-            await self._ingress.check()
         await pass_checklist(rooms, self._loop, self._pace, self._waived)
         height_m = rooms.mission.height_of(rooms.vehicle) - rooms.vehicle.start.ground_height_m
         return_height_m = rooms.mission.return_height_of(rooms.vehicle) - rooms.vehicle.start.ground_height_m

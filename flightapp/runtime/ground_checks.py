@@ -23,6 +23,7 @@ async def pass_checklist(rooms: Rooms, loop: ControlLoop, pace: Pace, waived: Co
     """Go through the checklist until it is passed or waived; FlightError where a check fails or never settles."""
     gatherer = Gatherer(rooms, loop)
     await gatherer.read_parameters()
+    await gatherer.plan_ways()
     deadline_s = rooms.clock.now_s() + TIMEOUT_S
     while True:
         results = run_checklist(gatherer.facts(), waived)

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from flightapp.core.errors import FlightError
 from flightapp.core.types import Array, VehicleState
 from flightapp.runtime.control_loop import ControlLoop
 from flightapp.runtime.failsafe_conditions import TARGET_AGE_MAX_S
@@ -30,14 +29,7 @@ class Ingress:
         self._rooms, self._loop, self._pace = rooms, loop, pace
         self._ways = WayPlanner(rooms)
         self._down_m = -mission.height_of(vehicle)
-        self._above_start = np.array((vehicle.start.north_m, vehicle.start.east_m, self._down_m))
         self._station = np.array((vehicle.station.north_m, vehicle.station.east_m, self._down_m))
-
-    async def check(self) -> None:
-        """On the ground: FlightError where no way leads from above the start to the station."""
-        way = await self._planned(self._above_start, 0)
-        if way.trajectory is None:
-            raise FlightError(f"preflight: {way.text}; move station or start, or correct known_obstacles")
 
     async def fly(self) -> bool:
         """To the station; True where the pursuit begins on the way there. InterruptedMission where the vehicle is held up."""

@@ -11,7 +11,7 @@ import pytest
 from flightapp.core.errors import InputError
 from flightapp.core.types import VehicleState
 from flightapp.preflight.checklist import refuse_unknown, run_checklist
-from flightapp.preflight.facts import ComputerFacts, Facts, RecorderFacts
+from flightapp.preflight.facts import ComputerFacts, Facts, RecorderFacts, WayFacts
 from flightapp.preflight.px4_parameters import needed_parameters
 from flightapp.preflight.result import Level, Result, is_ready
 from flightapp.vehicle.autopilot import Accuracy, BatteryState, HealthState, Motion, Status
@@ -87,6 +87,8 @@ NOT_READY = {
     "camera restarted": (with_camera(restarts=2), "camera", Level.WARNING),
     "camera missing": (good_facts(camera=None), "camera", Level.SKIPPED if PROFILE.camera.source != "none" else Level.FAILED),
     "plain UDP": (over("udp/10.0.0.2:7447"), "fleet-links", Level.WARNING),
+    "a way to the station": (good_facts(ways=(WayFacts(True, "ingress of 40 m"),)), "planned-ways", Level.PASSED),
+    "no way to the station": (good_facts(ways=(WayFacts(False, "no ingress"),)), "planned-ways", Level.FAILED),
     "less than the fleet sends": (over("quic/10.0.0.2:7447", fleet_kbit_s_max=1.0), "fleet-budget", Level.WARNING),
     "QUIC": (over("quic/10.0.0.2:7447"), "fleet-links", Level.PASSED),
     "on one machine": (over("udp/127.0.0.1:7447"), "fleet-links", Level.PASSED),
