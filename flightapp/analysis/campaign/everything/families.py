@@ -60,4 +60,4 @@ def _pooled(entries: Sequence[Figures]) -> list[str]:
 
 def _least(entries: Sequence[Figures], field: str) -> str:
     values = [entry[field] for entry in entries if entry[field] is not None]
-    return f"{min(values):.2f}" if values else DASH
+    return f"{round(min(values), 2) + 0.0:.2f}" if values else DASH  # no -0.00

@@ -88,7 +88,7 @@ def glance(grid: Grid, figures: Sequence[Figures], fields: Sequence[str], factor
 def cell(entry: Figures | None, field: str, factor: float, decimals: int) -> str:
     """One figure, or a dash."""
     value = None if entry is None else entry[field]
-    return DASH if value is None else f"{factor * value:.{decimals}f}"
+    return DASH if value is None else f"{round(factor * value, decimals) + 0.0:.{decimals}f}"  # no -0.00
 
 
 def interval(entry: Figures) -> str:
