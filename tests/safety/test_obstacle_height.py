@@ -129,7 +129,7 @@ def diving_on(disc: Array) -> Wish:
 
 def test_nobody_enters_a_body_from_any_side_and_without_the_guards_many_do() -> None:
     hits = over = 0
-    for seed in range(8):
+    for seed in range(5):
         discs, start = scene(seed)
         for wish in (jumping(seed), diving_on(discs[1 + seed % 6])):
             path = flown(Body("p1", start.tolist()), wish, 7.0, discs, supervisor())
@@ -139,8 +139,8 @@ def test_nobody_enters_a_body_from_any_side_and_without_the_guards_many_do() -> 
             over += int((np.hypot(path[:, None, 0] - discs[:, 0], path[:, None, 1] - discs[:, 1]) < discs[:, 2]).any())
         twin = flown(Body("p1", start.tolist()), diving_on(discs[1 + seed % 6]), 7.0, discs, supervisor(heights=False))
         hits += least_m(twin, discs) <= 0.0
-    assert over >= 6
-    assert hits >= 4
+    assert over >= 4
+    assert hits >= 3
 
 
 @pytest.mark.parametrize("wrong_m", [-0.4, 0.4])
