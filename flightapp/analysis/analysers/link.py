@@ -74,7 +74,9 @@ def _expected(taken: Array, gone: float, at_full_rate: float) -> float:
 
 
 def _concerns(subject: Subject) -> bool:
-    return subject.run.mission is None or len(subject.run.mission.vehicles) > 1
+    """Not a run of a campaign: there nothing goes over a network."""
+    told = subject.vehicle.recording.metadata.get("run", {})
+    return told.get("network") != "none" and (subject.run.mission is None or len(subject.run.mission.vehicles) > 1)
 
 
 ANALYSER = Analyser(NAME, "Were the others heard?", ("/team", MISSION, PROFILE), examine, _concerns)

@@ -131,7 +131,8 @@ def _decision(t_s: float, decision: Decision, latency_s: float) -> messages.Deci
 def _about(trace: Trace, name: str) -> dict[str, object]:
     role = {"e1": "evader", "truth": "truth"}.get(name, "pursuer")
     result = trace.result
-    return {"vehicle": name, "role": role, "mission": result.scenario, "strategy": result.planner, "seed": result.seed}
+    about = {"vehicle": name, "role": role, "mission": result.scenario, "strategy": result.planner, "seed": result.seed}
+    return {**about, "network": "none"}
 
 
 def _profile(kind: Vehicle) -> Profile:

@@ -105,6 +105,7 @@ def test_a_run_alone_is_recorded_as_it_was_flown(scenario: Scenario, finished: F
     assert told["capture_time_s"] == pytest.approx(row["capture_time_s"], abs=1e-6)
     assert told["path_length_m"] == pytest.approx(row["path_length_m"], rel=0.01)
     assert told["min_target_distance_m"] == pytest.approx(scenario.capture.radius_m, abs=0.05)
+    assert [finding for finding in told["findings"] if finding["severity"] == "failure"] == []
 
 
 def test_what_the_command_line_leaves_out_the_scenario_says(tmp_path: Path) -> None:
