@@ -31,6 +31,8 @@ class OnTheGround:
 
     async def read_parameters(self) -> None: ...
 
+    async def plan_ways(self) -> None: ...
+
     def facts(self) -> Facts:
         self.looks += 1
         return self._facts.pop(0) if len(self._facts) > 1 else self._facts[0]
