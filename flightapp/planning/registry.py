@@ -1,7 +1,7 @@
 """Strategies by name. A new one is a folder and one line here.
 
-Each is a module with `build(name, limits, given, seed)`, imported when it is first asked for: a vehicle loads, and compiles,
-no strategy but its own.
+Each is a module with `build(name, limits, given, seed)`, imported when it is first asked for: a vehicle loads no strategy but
+its own, with the parts that it shares with others.
 """
 
 from __future__ import annotations
