@@ -159,10 +159,10 @@ class TrackHistory:
         self._missed = 0
         self._fit: Fit | None = None
 
-    def note(self, t_s: float, place_m: tuple[float, float]) -> None:
-        """A sample; those that are not finite, not newer or too early for the sampling period are passed over."""
+    def note(self, t_s: float, place_m: tuple[float, float], now_s: float) -> None:
+        """A sample; those not finite, from the future, not newer or too early for the sampling period are passed over."""
         newest = self._times_s[-1] if self._times_s else -math.inf
-        if not all(map(math.isfinite, (t_s, *place_m))) or t_s < newest + SAMPLE_PERIOD_S - 1e-6:
+        if not all(map(math.isfinite, (t_s, *place_m))) or not newest + SAMPLE_PERIOD_S - 1e-6 <= t_s <= now_s + FUTURE_MAX_S:
             return
         self._judge(t_s, place_m, t_s - newest)
         self._times_s.append(t_s)

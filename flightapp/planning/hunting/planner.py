@@ -80,7 +80,7 @@ class HuntingPlanner:
         self._period_s = min(PERIOD_MAX_S, max(PERIOD_MIN_S, observation.dt_s or self._parameters.control_period_s))
         if observation.target is not None and observation.target.age_s <= self._parameters.target_stale_s:
             north, east, _ = observation.target.position_ned_m.tolist()
-            self._history.note(observation.target.t_s, (north, east))
+            self._history.note(observation.target.t_s, (north, east), observation.t_s)
             self._seen = view.t_s - observation.target.age_s, view.target_m
             if math.hypot(*view.target_m_s) > 0.05 * self._limits.speed_max_m_s:
                 self._course_rad = math.atan2(view.target_m_s[1], view.target_m_s[0])

@@ -30,7 +30,7 @@ class HuntingTeamPlan:
         self._course_rad: float | None = None
 
     def note(self, now_s: float, scene: Scene) -> None:
-        self._history.note(now_s, (scene.north_m, scene.east_m))
+        self._history.note(now_s, (scene.north_m, scene.east_m), now_s)
         if math.hypot(scene.v_north_m_s, scene.v_east_m_s) > MOVING_SHARE * self._rules.target_speed_max_m_s:
             self._course_rad = math.atan2(scene.v_east_m_s, scene.v_north_m_s)
 

@@ -259,11 +259,12 @@ def test_samples_repeated_disordered_not_finite_or_from_the_future_do_no_harm() 
 
 def test_a_turn_cuts_the_window_so_that_the_new_course_counts() -> None:
     history = TrackHistory()
+    history.note(1e6, (0.0, 0.0), 0.0)  # a stamp from the far future does not make it deaf
     for k in range(41):
         t_s = 0.25 * k
-        history.note(t_s, (2.0 * t_s, 0.0))
+        history.note(t_s, (2.0 * t_s, 0.0), t_s)
     for k in range(1, 17):
-        history.note(10.0 + 0.25 * k, (20.0, 0.5 * k))
+        history.note(10.0 + 0.25 * k, (20.0, 0.5 * k), 10.0 + 0.25 * k)
     fit = history.fit(14.0)
     assert fit is not None
     path = predicted_path(fit, np.array([20.0, 8.0]), 14.0, 0.5, 20, 2.0)
