@@ -32,9 +32,9 @@ def against_picture(
     grid = figure.subplots(1, len(panels), squeeze=False)[0]
     for axes, panel in zip(grid, panels, strict=True):
         for index, (planner, points) in enumerate(planners.items()):
-            colour = planner_colour(index)
+            colour, width = planner_colour(index), 1.4 + 0.8 * (len(planners) - 1 - index)  # of those in one place all are seen
             axes.plot(
-                *_line(points, panel.middle, panel.factor), "o-", color=colour, linewidth=1.8, markersize=3.5, label=planner
+                *_line(points, panel.middle, panel.factor), "o-", color=colour, linewidth=width, markersize=3.5, label=planner
             )
             if panel.low is not None and panel.high is not None:
                 x, low = _line(points, panel.low, panel.factor)
