@@ -54,6 +54,8 @@ class HuntingParameters(StrategyParameters):
     """Of pointing at the goal at the end of the horizon."""
     weight_clearance: float = Field(default=0.3, ge=0)
     """Of the free way before the first contact."""
+    free_way_beyond_horizon: bool = False
+    """The free way of a sample is measured beyond the horizon, straight on, to the way at top speed."""
     weight_velocity: float = Field(default=0.2, ge=0)
     """Of the wanted speed."""
     weight_avoidance: float = Field(default=0.4, ge=0)

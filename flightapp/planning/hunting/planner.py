@@ -321,4 +321,5 @@ def motion_record(parameters: HuntingParameters, limits: Limits) -> np.ndarray:
     motion["heading_weight"] = parameters.weight_heading
     motion["clearance_weight"] = parameters.weight_clearance
     motion["velocity_weight"] = parameters.weight_velocity
+    motion["beyond"] = 1.0 if parameters.free_way_beyond_horizon else 0.0
     return motion

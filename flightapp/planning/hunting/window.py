@@ -38,6 +38,7 @@ MOTION = np.dtype(
         ("heading_weight", "f8"),
         ("clearance_weight", "f8"),
         ("velocity_weight", "f8"),
+        ("beyond", "f8"),  # 1: the free way counts beyond the horizon, too
     ],
     align=True,
 )
@@ -176,6 +177,22 @@ def can_brake(motion: Record, state: Record, discs: Array, count: int, speed: fl
     return True
 
 
+@compiled(NUMBER(ROWS, *(NUMBER,) * 5))
+def ray_free_m(scene: Array, n: float, e: float, along_n: float, along_e: float, length_m: float) -> float:
+    """Way along a ray to the first standing disc of `scene`, at most `length_m`."""
+    free = length_m
+    for i in range(scene.shape[0]):
+        if scene[i, 3] != 0.0 or scene[i, 4] != 0.0:
+            continue
+        dn, de = scene[i, 0] - n, scene[i, 1] - e
+        ahead = dn * along_n + de * along_e
+        rest = scene[i, 2] * scene[i, 2] - (dn * dn + de * de - ahead * ahead)
+        if ahead <= 0.0 or rest < 0.0:
+            continue
+        free = min(free, max(0.0, ahead - math.sqrt(rest)))
+    return free
+
+
 @compiled(void(MOTION_TYPE, STATE_TYPE, ROWS, numba.int64, numba.int64, VECTOR, VECTOR, ROWS))
 def _judge(motion: Record, state: Record, discs: Array, count: int, steps: int, speeds: Array, turns: Array, ends: Array) -> None:
     """Fill ends (7, n): north and east where each sample ends, cosine and sine of the course there, free way in m up to the
@@ -203,6 +220,8 @@ def _judge(motion: Record, state: Record, discs: Array, count: int, steps: int, 
             n, e, course, t_s = to_n, to_e, course + bend, reached_s
         ends[0, c], ends[1, c] = n, e
         ends[2, c], ends[3, c] = math.cos(course), math.sin(course)
+        if not touched and m.beyond > 0.0:
+            free_m = way_m + ray_free_m(discs[:count], n, e, math.cos(course), math.sin(course), free_max - way_m)
         ends[4, c] = free_m
 
 
@@ -292,22 +311,6 @@ def choose(
         s.first_speed = max(0.0, s.speed - m.acceleration * m.period_s)
         s.first_turn = _towards(s.turn, 0.0, m.turn_acceleration * m.period_s)
         s.free_m = 0.0
-
-
-@compiled(NUMBER(ROWS, *(NUMBER,) * 5))
-def ray_free_m(scene: Array, n: float, e: float, along_n: float, along_e: float, length_m: float) -> float:
-    """Way along a ray to the first standing disc of `scene`, at most `length_m`."""
-    free = length_m
-    for i in range(scene.shape[0]):
-        if scene[i, 3] != 0.0 or scene[i, 4] != 0.0:
-            continue
-        dn, de = scene[i, 0] - n, scene[i, 1] - e
-        ahead = dn * along_n + de * along_e
-        rest = scene[i, 2] * scene[i, 2] - (dn * dn + de * de - ahead * ahead)
-        if ahead <= 0.0 or rest < 0.0:
-            continue
-        free = min(free, max(0.0, ahead - math.sqrt(rest)))
-    return free
 
 
 @compiled(numba.boolean(ROWS, *(NUMBER,) * 6))

@@ -22,15 +22,16 @@ discs = st.lists(st.tuples(st.floats(-15, 15), st.floats(-15, 15), st.floats(0.3
 
 
 def chosen(
-    scene: list[tuple[float, float, float]], speed: float, turn: float, aim: tuple[float, float], n: float = 0.0
+    scene: list[tuple[float, float, float]], speed: float, turn: float, aim: tuple[float, float], beyond: bool = False
 ) -> np.void:
     rows = np.array([(a, b, c, 0.0, 0.0, 0.0) for a, b, c in scene]).reshape(-1, 6)
     state = np.zeros(1, STATE)
-    state["n"], state["speed"], state["turn"] = n, speed, turn
+    state["speed"], state["turn"] = speed, turn
     state["aim_n"], state["aim_e"], state["wanted_speed"] = *aim, 6.0
     room = np.zeros((max(1, len(rows)), 5))
+    motion = motion_record(PARAMETERS.model_copy(update={"free_way_beyond_horizon": beyond}), LIMITS)
     choose(
-        motion_record(PARAMETERS, LIMITS), state, rows, PARAMETERS.steps, PARAMETERS.speed_samples, PARAMETERS.turn_samples, room,
+        motion, state, rows, PARAMETERS.steps, PARAMETERS.speed_samples, PARAMETERS.turn_samples, room,
         np.zeros(COUNT), np.zeros(COUNT), np.zeros((7, COUNT)), np.zeros((4, COUNT)), np.zeros(COUNT), np.zeros(COUNT, np.int64),
     )  # fmt: skip
     return state[0]
@@ -127,3 +128,11 @@ def test_the_fan_is_hit_by_a_wall_but_not_where_a_gap_or_the_goal_is_nearer() ->
     assert not all_rays_hit(wall, 0.0, 0.0, 0.0, half, 8.0, 3.0)
     assert not all_rays_hit(wall[:8], 0.0, 0.0, 0.0, half, 8.0, 99.0)
     assert not all_rays_hit(wall, 0.0, 0.0, math.pi, half, 8.0, 99.0)
+
+
+def test_who_creeps_up_to_a_wall_is_not_free_of_it_where_the_way_beyond_the_horizon_counts() -> None:
+    """Within its horizon a slow sample touches nothing, however near the wall is."""
+    wall = [(3.0, float(e), 1.0) for e in range(-3, 4)]
+    plain, beyond = (chosen(wall, 0.3, 0.0, (30.0, 0.0), beyond=on) for on in (False, True))
+    assert plain["free_m"] > 8.0
+    assert beyond["free_m"] < 2.0
