@@ -239,6 +239,20 @@ def test_a_gap_between_observations_lets_changes_begin_at_the_measured_velocity(
     assert 0.0 < after.velocity_ned_m_s[0] <= LIMITS.acceleration_max_m_s2 * PERIOD_S + 1e-9
 
 
+def test_after_a_gap_between_observations_nothing_is_left_of_how_far_an_obstacle_reached() -> None:
+    place, target = np.array((0.0, 0.0, -3.0)), np.array((40.0, 0.0, -3.0))
+    standing = disc(6.0, 1.0, 0.5)
+    rushing = [*standing[:3], -10.0, *standing[4:]]
+    strategy = planner()
+    for k in range(6):
+        strategy.step(seen(PERIOD_S * k, place, np.zeros(3), target, np.array([rushing])))
+    at_once = strategy.step(seen(0.6, place, np.zeros(3), target, np.array([standing])))
+    later = strategy.step(seen(3.0, place, np.zeros(3), target, np.array([standing])))
+    anew = planner().step(seen(3.0, place, np.zeros(3), target, np.array([standing])))
+    np.testing.assert_array_equal(later.velocity_ned_m_s, anew.velocity_ned_m_s)
+    assert later.diagnostics == anew.diagnostics != at_once.diagnostics
+
+
 def test_a_slow_start_towards_a_barred_goal_is_not_taken_for_a_trap() -> None:
     """Gaining speed at its limit, a vehicle makes little way too (the counter of the trap is frozen meanwhile)."""
     heavy = replace(LIMITS, acceleration_max_m_s2=0.8)
