@@ -10,6 +10,7 @@ from flightapp.core.angles import wrap_pi
 from flightapp.core.types import Decision, Limits, Observation, Rendezvous
 from flightapp.planning.ac2f.free_gap import free_gap_rad
 from flightapp.planning.critics.right_hand import right_turn_rad
+from flightapp.planning.guidance.tree import is_barred
 from flightapp.planning.hunting.guide import Guide
 from flightapp.planning.hunting.hunt import Hunt, Hunter, plan_hunt, rules_of, trailing_hunt
 from flightapp.planning.hunting.intent import HOLD, SEARCH, Intent, held_out_m, intend
@@ -28,6 +29,9 @@ APART_SHARE = 0.8
 """Of a separation that is asked for, kept from teammates everywhere; on the ring it is all of it."""
 PERIOD_MIN_S, PERIOD_MAX_S = 0.01, 1.0
 """Of control: what an observation says of it is taken within these bounds."""
+LEAVING_SHARE = 0.3
+"""Of the top speed, for leaving what the vehicle is inside of."""
+LEAVING_ASIDE_RAD = tuple(math.radians(sign * turn) for turn in (0.0, 30.0, 60.0, 85.0) for sign in (1.0, -1.0))[1:]
 TURNING_SHARE = 0.8
 """Of the sharpest turn."""
 
@@ -228,13 +232,20 @@ class HuntingPlanner:
         state["avoid_course"] = view.course_rad + turn
 
     def _leave(self, view: View) -> tuple[Point, float]:
-        """Out of the deepest inflation along its normal, slowly."""
+        """Out of the deepest inflation along its normal, slowly; aside where that leads into another, else not at all."""
         deepest = view.scene[int(np.argmax(view.scene[:, 5]))]
         direction = towards((deepest[0], deepest[1]), view.own_m)
         direction = direction if direction != (0.0, 0.0) else (math.cos(view.course_rad), math.sin(view.course_rad))
-        speed = 0.3 * self._limits.speed_max_m_s
+        speed = LEAVING_SHARE * self._limits.speed_max_m_s
         self._state["turn"] = 0.0
-        return (speed * direction[0], speed * direction[1]), wrap_pi(math.atan2(direction[1], direction[0]))
+        outwards = math.atan2(direction[1], direction[0])
+        others = np.ascontiguousarray(view.scene[view.scene[:, 5] <= 0.0])
+        reach_m = speed * (self._parameters.reaction_s + self._period_s) + speed**2 / (2.0 * float(self._motion[0]["braking"]))
+        for aside in LEAVING_ASIDE_RAD:
+            n, e = math.cos(outwards + aside), math.sin(outwards + aside)
+            if not is_barred(others, *view.own_m, view.own_m[0] + reach_m * n, view.own_m[1] + reach_m * e):
+                return (speed * n, speed * e), wrap_pi(outwards + aside)
+        return (0.0, 0.0), view.course_rad
 
     def _look_around(self, view: View) -> tuple[Point, float]:
         """Standing without any way to go: turn to the widest free gap."""

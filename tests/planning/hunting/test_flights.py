@@ -189,3 +189,19 @@ def test_a_vehicle_that_stands_before_a_tree_turns_away_as_fast_as_its_autopilot
         one.place = one.place + period_s * one.velocity
         assert math.dist(one.place[:2], tree[:2]) > tree[2] + LIMITS.body_radius_m
     assert one.place[0] < 5.0, "half a turn, and away, within 4 s"
+
+
+@pytest.mark.parametrize("shut", [False, True])
+def test_out_of_the_zone_of_a_mate_it_does_not_fly_into_an_obstacle(shut: bool) -> None:
+    """Straight out there is a tree; aside there is room, or none where it is shut in."""
+    trees = [
+        (0.0, 1.6, 0.5),
+        *([(1.4 * math.cos(a), 0.4 + 1.4 * math.sin(a), 0.5) for a in np.arange(-0.4, 3.6, 0.4)] if shut else []),
+    ]
+    one = Flown(hunter(separation_m=2.0), (0.0, 0.4))
+    mate = TeamMember("p2", VehicleState(0.0, np.array((0.0, 0.0, -5.0)), np.zeros(3), 0.0), "approach", None, 0.0)
+    for tick in range(30):
+        one.decide(DT_S * tick, target_at(DT_S * tick, (-30.0, 0.0)), (mate,), discs=trees)
+        one.move()
+        assert min(math.dist(one.place[:2], tree[:2]) - tree[2] for tree in trees) > LIMITS.body_radius_m
+    assert shut or math.dist(one.place[:2], (0.0, 0.0)) > 1.0
