@@ -68,7 +68,7 @@ class HuntingParameters(StrategyParameters):
     """A vehicle that follows its commands with a lag keeps more distance, by this share of what it flies during the lag: it cuts
     corners."""
     leave_first_m: float = Field(default=0.1, ge=0)
-    """Deeper than this inside the margin of an obstacle, leaving it comes before everything."""
+    """Deeper inside the margin of an obstacle than this, or than half of it, leaving comes before everything."""
 
     # guidance
     fan_half_angle_deg: float = Field(default=30.0, gt=0, le=90)

@@ -180,7 +180,8 @@ class HuntingPlanner:
 
     def _fly(self, view: View, intent: Intent) -> tuple[Point, float]:
         """Velocity (m/s) and yaw of this control period."""
-        if view.depth_m > self._parameters.leave_first_m + self._sight.lag_m:
+        allowed_m = min(self._parameters.leave_first_m, 0.5 * self._limits.safety_margin_m)
+        if view.depth_m > allowed_m + self._sight.lag_m:
             return self._leave(view)
         motion, state = self._motion[0], self._state[0]
         motion["period_s"] = self._period_s

@@ -14,9 +14,11 @@ from flightapp.planning.boundary import NEVER, crossing
 from flightapp.sim.batch.contact import first_within
 
 DISC_RADIUS_M = 0.25
-"""Of the discs along the inside of a wall; a corner stands out of them by 0.1 m."""
 DISC_SPACING = 1.2
-"""Times the radius: what is left between two discs is less than 0.05 m deep."""
+"""Times the radius, between the centres of two discs along a wall."""
+DISC_DEPTH = math.sqrt(1.0 - (0.5 * DISC_SPACING) ** 2)
+"""Times the radius, from a wall to the centres: so deep that no part of the wall is left out, as perception leaves none. A disc
+then stands out of its wall by 0.05 m, and of the other wall at a corner by 0.1 m."""
 
 
 def edge_rows(polygons: Sequence[Array]) -> Array:
@@ -26,7 +28,7 @@ def edge_rows(polygons: Sequence[Array]) -> Array:
 
 
 def cover_discs(polygons: Sequence[Array]) -> Array:
-    """Discs (d, 7 as in ObstacleSet) that touch every edge from the inside, no wider than the polygon is thick."""
+    """Discs (d, 7 as in ObstacleSet) that cover every edge, no wider than the polygon is thick."""
     rows = [row for polygon in polygons for row in _along(polygon)]
     return np.array(rows, dtype=np.float64).reshape(-1, 7)
 
@@ -42,9 +44,10 @@ def _along(polygon: Array) -> list[list[float]]:
     rows = []
     for start, end, unit, normal in zip(polygon, to, units, inward, strict=True):
         length = math.dist(start, end)
-        count = max(1, math.ceil((length - 2.0 * radius) / (DISC_SPACING * radius)) + 1)
-        for share in np.linspace(radius, length - radius, count) if count > 1 else (0.5 * length,):
-            north, east = start + share * unit + radius * normal
+        first = 0.5 * DISC_SPACING * radius
+        count = max(1, math.ceil((length - 2.0 * first) / (DISC_SPACING * radius)) + 1)
+        for share in np.linspace(first, length - first, count) if count > 1 else (0.5 * length,):
+            north, east = start + share * unit + DISC_DEPTH * radius * normal
             rows.append([float(north), float(east), radius, 0.0, 0.0, -math.inf, math.inf])
     return rows
 
