@@ -534,7 +534,8 @@ class _PlannersByDefault(_WithDefault):
 
 campaign_app = typer.Typer(
     cls=_PlannersByDefault,
-    help="Many missions: compare planners on a SCENARIO (the default), inject faults, or worsen the network.",
+    help="Many missions: compare planners on a SCENARIO (the default) or in all of them, inject faults, worsen the network;"
+    " studies of path planners, controllers and potential fields beside their papers.",
     rich_markup_mode=None,
 )
 app.add_typer(campaign_app, name="campaign")

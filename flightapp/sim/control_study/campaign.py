@@ -81,7 +81,7 @@ def study_methods(labels: Sequence[str]) -> tuple[str, ...]:
     """`labels`, or all; InputError on an unknown one."""
     for label in labels:
         if label not in METHODS:
-            raise InputError(f'--method "{label}": no such method; known: {", ".join(METHODS)}')
+            raise InputError(f'--method "{label}": no such method; known: {", ".join(map(repr, METHODS))}')
     return tuple(labels) or tuple(METHODS)
 
 

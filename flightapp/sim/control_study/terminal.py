@@ -9,10 +9,14 @@ from flightapp.sim.control_study.campaign import FinishedStudy
 from flightapp.sim.control_study.table import HEADINGS_1, HEADINGS_2, HEADINGS_3, cells_1, cells_2, cells_3
 
 FAILED_MAX = 20
+PIPED_WIDTH = 200
+"""Columns where nobody says how wide the paper is."""
 
 
 def print_control_study(finished: FinishedStudy) -> None:
     console = Console()
+    if not console.is_terminal:
+        console = Console(width=PIPED_WIDTH)
     rows = finished.rows
     first = rows[0].setting if rows else ""
     of_first = [row for row in rows if row.setting == first]
