@@ -49,7 +49,7 @@ def test_ours_is_accepted_and_the_printed_gains_fail_on_a_vehicle_with_lag() -> 
 
 
 def test_an_unknown_way_or_method_is_refused() -> None:
-    with pytest.raises(InputError, match='--method "magic": no such method; known: 'hybrid printed', 'smc printed''):
+    with pytest.raises(InputError, match="no such method; known: 'hybrid printed', 'smc printed'"):
         study_methods(["hybrid tuned", "magic"])
     with pytest.raises(InputError, match="--way sideways: no such way; known: level, descent, climb"):
         study_settings("sideways", only_first=True)
